@@ -5,7 +5,6 @@
 
 #include "io/file_bytes.h"
 #include "io/files/paths.h"
-#include "io/freed_memory.h"
 #include "io/images/codec.h"
 
 namespace gpvc::io {
@@ -15,9 +14,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Grey repeated, alpha and further channels dropped.
-Image to_rgb(Image&& in) {
+Image to_rgb(Image&& in, const PixelRoom& room) {
   if (in.channels == 3) return std::move(in);
-  Image out = black_image(in.width, in.height, 3);
+  Image out = image_in(room, in.width, in.height, 3);
   const auto stride = static_cast<std::size_t>(in.channels);
   const std::size_t green = stride >= 3 ? 1 : 0, blue = stride >= 3 ? 2 : 0;
   for (std::size_t i = 0; 3 * i < out.pixels.size(); ++i) {
@@ -36,12 +35,17 @@ std::uint8_t srgb_from_linear(float light) {
   return static_cast<std::uint8_t>(255 * value + 0.5f);
 }
 
-Image decode_rgb(const ImageBytes& bytes, std::vector<std::uint8_t> storage = {}) {
+PhotoExclusion zeros_of_channel(const Image& image, int channel) {
+  PhotoExclusion zeros = empty_exclusion(image.width, image.height);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      if (image.at(x, y)[channel] == 0) exclude(zeros, static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+  return zeros;
+}
+
+Image decode_rgb(const ImageBytes& bytes, const PixelRoom& room, PhotoExclusion* transparent = nullptr) {
   const ImageHeader header = read_header(bytes);
-  Image image{header.width, header.height, std::min(header.channels, 4), std::move(storage)};
-  const std::size_t size = pixel_index(0, header.height, header.width) * static_cast<std::size_t>(image.channels);
-  if (image.pixels.capacity() < size || image.pixels.capacity() > size + size / 8) free_memory(image.pixels);
-  image.pixels.resize(size);
+  Image image = image_in(room, header.width, header.height, std::min(header.channels, 4));
   if (header.linear_light) {
     std::vector<float> light(image.pixels.size());
     decode_samples(bytes, header, image.channels, light.data());
@@ -49,17 +53,22 @@ Image decode_rgb(const ImageBytes& bytes, std::vector<std::uint8_t> storage = {}
   } else {
     decode_samples(bytes, header, image.channels, image.pixels.data());
   }
-  return to_rgb(std::move(image));
+  if (transparent != nullptr) {
+    // Deeper alphas that are nearly 0 have become 0 here, and alphas behind the fourth channel are not.
+    const bool as_stored = header.bits == 8 && header.alpha_channel >= 0 && header.alpha_channel < image.channels;
+    *transparent = as_stored ? zeros_of_channel(image, header.alpha_channel) : transparent_pixels(bytes.file);
+  }
+  return to_rgb(std::move(image), room);
 }
 
-/// Means of 2 x 2 pixels of 3 channels, in a loop that a compiler makes vectors of.
+}  // namespace
+
+// In a loop that a compiler makes vectors of.
 void halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, int width, std::uint8_t* to) {
   for (int x = 0; x < width; ++x, upper += 6, lower += 6, to += 3)
     for (int c = 0; c < 3; ++c)
       to[c] = static_cast<std::uint8_t>((upper[c] + upper[c + 3] + lower[c] + lower[c + 3] + 2) / 4);
 }
-
-}  // namespace
 
 FileBytes image_bytes(const fs::path& file, FileBytes::Use use) {
   std::error_code ignored;
@@ -98,15 +107,15 @@ int sample_bits(const fs::path& file) { return header_of(file).bits; }
 
 bool has_alpha(const fs::path& file) { return header_of(file).alpha_channel >= 0; }
 
-Image read_image(const fs::path& file) { return read_image(file, {}); }
+Image read_image(const fs::path& file) { return read_image(file, new_room, nullptr); }
 
-Image read_image(const fs::path& file, std::vector<std::uint8_t> storage) {
+Image read_image(const fs::path& file, const PixelRoom& room, PhotoExclusion* transparent) {
   const FileBytes bytes = image_bytes(file, FileBytes::Use::whole);
-  return decode_rgb({file, "", bytes.view()}, std::move(storage));
+  return decode_rgb({file, "", bytes.view()}, room, transparent);
 }
 
 Image decode_image(const fs::path& file, const std::string& part, std::string_view bytes) {
-  return decode_rgb({file, part, bytes});
+  return decode_rgb({file, part, bytes}, new_room);
 }
 
 ColorProfile read_color_profile(const fs::path& file) {
@@ -120,28 +129,32 @@ ColorProfile read_color_profile(const fs::path& file) {
   return profile;
 }
 
-Image reduce_image(const Image& image, int factor) {
+Image reduce_image(const Image& image, int factor) { return reduce_image(image, factor, new_room); }
+
+Image reduce_image(const Image& image, int factor, const PixelRoom& room) {
   if (factor == 1) return image;
-  Image out = black_image(image.width / factor, image.height / factor, image.channels);
+  Image out = image_in(room, image.width / factor, image.height / factor, image.channels);
   if (factor == 2 && image.channels == 3) {
     for (int y = 0; y < out.height; ++y)
       halve_rows(image.at(0, 2 * y), image.at(0, 2 * y + 1), out.width, out.at(0, y));
     return out;
   }
-  const auto channels = static_cast<std::size_t>(image.channels);
-  const std::size_t row = static_cast<std::size_t>(out.width) * channels;
-  const std::uint64_t area = static_cast<std::uint64_t>(factor) * static_cast<std::uint64_t>(factor);
-  std::vector<std::uint64_t> sums(row);
+  const auto channels = static_cast<std::size_t>(image.channels), edge = static_cast<std::size_t>(factor);
+  const std::uint64_t area = edge * edge;
+  std::vector<std::uint32_t> sums(static_cast<std::size_t>(out.width) * edge * channels);  // of columns of the blocks
+  std::uint8_t* to = out.pixels.data();
   for (int y = 0; y < out.height; ++y) {
-    std::fill(sums.begin(), sums.end(), 0);
+    std::ranges::fill(sums, 0u);
     for (int sub_y = 0; sub_y < factor; ++sub_y) {
       const std::uint8_t* in = image.at(0, y * factor + sub_y);
-      for (std::size_t x = 0; x < row; x += channels)
-        for (int sub_x = 0; sub_x < factor; ++sub_x)
-          for (std::size_t c = 0; c < channels; ++c) sums[x + c] += *in++;
+      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += in[i];
     }
-    std::uint8_t* to = out.at(0, y);
-    for (std::size_t x = 0; x < row; ++x) to[x] = static_cast<std::uint8_t>((sums[x] + area / 2) / area);
+    for (std::size_t block = 0; block < sums.size(); block += edge * channels)
+      for (std::size_t c = 0; c < channels; ++c) {
+        std::uint64_t sum = area / 2;
+        for (std::size_t i = c; i < edge * channels; i += channels) sum += sums[block + i];
+        *to++ = static_cast<std::uint8_t>(sum / area);
+      }
   }
   return out;
 }

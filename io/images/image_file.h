@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,13 +14,6 @@
 #include "io/photos.h"
 
 namespace gpvc::io {
-
-/// All channels 0.
-inline Image black_image(int width, int height, int channels) {
-  return {width, height, channels,
-          std::vector<std::uint8_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
-                                    static_cast<std::size_t>(channels))};
-}
 
 /// Throws InputError for a path where no file lies.
 FileBytes image_bytes(const std::filesystem::path& file, FileBytes::Use use);
@@ -39,9 +33,23 @@ int sample_bits(const std::filesystem::path& file);
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
 
-/// read_image into `storage`, whose content is lost, if its capacity is what is needed or little more. That of another
-/// photo saves asking the system for new pages.
-Image read_image(const std::filesystem::path& file, std::vector<std::uint8_t> storage);
+/// Where the pixels of a picture lie: so many bytes, of any values.
+using PixelRoom = std::function<std::vector<std::uint8_t>(std::size_t bytes)>;
+inline std::vector<std::uint8_t> new_room(std::size_t bytes) { return std::vector<std::uint8_t>(bytes); }
+inline Image image_in(const PixelRoom& room, int width, int height, int channels) {
+  return {width, height, channels, room(pixel_index(0, height, width) * static_cast<std::size_t>(channels))};
+}
+/// All channels 0.
+inline Image black_image(int width, int height, int channels) { return image_in(new_room, width, height, channels); }
+
+/// The public functions of these names with pixels in given room. \param transparent not null: becomes transparent_pixels(),
+/// which takes no second decoding where alphas have 8 bits
+Image read_image(const std::filesystem::path& file, const PixelRoom& room, PhotoExclusion* transparent);
+Image reduce_image(const Image& image, int factor, const PixelRoom& room);
+Image continue_around(const Image& panorama, const PixelRoom& room);
+
+/// Means of 2 x 2 pixels of 3 channels, rounded to nearest, as reduce_image() has them: `width` of them.
+void halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, int width, std::uint8_t* to);
 
 /// read_image of a PNG or JPEG in memory, `part` of `file`, which are only named. Throws InputError.
 Image decode_image(const std::filesystem::path& file, const std::string& part, std::string_view bytes);

@@ -147,13 +147,15 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
   warn_of_grey(scene);
 }
 
-std::optional<PhotoExclusion> read_whole_exclusion(const View& view) {
+std::optional<PhotoExclusion> read_whole_exclusion(const View& view, std::optional<PhotoExclusion> transparent) {
   if (view.mask.empty() && !view.uses_alpha) return std::nullopt;
   std::optional<PhotoExclusion> exclusion;
   for (const bool alpha : {false, true}) {
     if (alpha ? !view.uses_alpha : view.mask.empty()) continue;
     const fs::path& file = alpha ? view.photo : view.mask;
-    PhotoExclusion zeros = alpha ? transparent_pixels(file) : mask_pixels(file).excluded;
+    PhotoExclusion zeros = !alpha        ? mask_pixels(file).excluded
+                           : transparent ? std::move(*transparent)
+                                         : transparent_pixels(file);
     if (zeros.width / view.reduction != file_width(view.camera) ||
         zeros.height / view.reduction != view.camera.height ||
         (exclusion && (exclusion->width != zeros.width || exclusion->height != zeros.height)))
@@ -181,11 +183,12 @@ bool has_plain_mask(const View& view) {
          !has_alpha(view.mask) && mask_pixels(view.mask).grey_share == 0;
 }
 
-std::optional<PhotoExclusion> read_exclusion(const View& view) {
-  std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view);
+std::optional<PhotoExclusion> fit_to_view(std::optional<PhotoExclusion> exclusion, const View& view) {
   if (exclusion && view.reduction > 1) exclusion = reduced(*exclusion, view.reduction);
   if (exclusion && is_spherical(view.camera.distortion.model)) exclusion = continue_around(*exclusion);
   return exclusion;
 }
+
+std::optional<PhotoExclusion> read_exclusion(const View& view) { return fit_to_view(read_whole_exclusion(view), view); }
 
 }  // namespace gpvc::io

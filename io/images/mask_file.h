@@ -18,8 +18,11 @@ namespace gpvc::io {
 void find_masks(SceneFile& scene, const SceneOptions& options);
 
 /// read_exclusion before the reduction, and of a panorama as its file shows it. \pre camera size times View::reduction
-/// is at most the photo's
-std::optional<PhotoExclusion> read_whole_exclusion(const View& view);
+/// is at most the photo's \param transparent what transparent_pixels() gives; nullopt: not known
+std::optional<PhotoExclusion> read_whole_exclusion(const View& view, std::optional<PhotoExclusion> transparent = {});
+
+/// What is then done with it.
+std::optional<PhotoExclusion> fit_to_view(std::optional<PhotoExclusion> whole, const View& view);
 
 /// As for an image, in io/images.h.
 PhotoExclusion continue_around(const PhotoExclusion& panorama);

@@ -8,15 +8,17 @@
 
 namespace gpvc::io {
 
-Image continue_around(const Image& panorama) {
+Image continue_around(const Image& panorama) { return continue_around(panorama, new_room); }
+
+Image continue_around(const Image& panorama, const PixelRoom& room) {
   const int before = columns_before(panorama.width), behind = columns_behind(panorama.width);
-  Image out{before + panorama.width + behind, panorama.height, panorama.channels, {}};
-  out.pixels.reserve(pixel_index(0, out.height, out.width) * static_cast<std::size_t>(out.channels));
+  Image out = image_in(room, before + panorama.width + behind, panorama.height, panorama.channels);
+  std::uint8_t* to = out.pixels.data();
   for (int y = 0; y < panorama.height; ++y)
     for (const auto& [first, count] :
          {std::pair(panorama.width - before, before), std::pair(0, panorama.width), std::pair(0, behind)}) {
       const std::uint8_t* from = panorama.at(0, y) + std::ptrdiff_t{first} * panorama.channels;
-      out.pixels.insert(out.pixels.end(), from, from + std::ptrdiff_t{count} * panorama.channels);
+      to = std::copy_n(from, std::ptrdiff_t{count} * panorama.channels, to);
     }
   return out;
 }

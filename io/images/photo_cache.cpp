@@ -5,8 +5,10 @@
 #include <list>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "io/file_hashes.h"
 #include "io/images.h"
@@ -19,46 +21,70 @@ namespace gpvc::io {
 
 namespace {
 
-using Photo = std::shared_ptr<const Image>;
+/// A photo as its view takes it, with what alphas and masks exclude of it where its alphas count.
+struct DecodedPhoto {
+  Image image;
+  std::optional<PhotoExclusion> exclusion{};
+  std::size_t bytes() const {
+    return std::max<std::size_t>(1, image.pixels.size() + (exclusion ? 8 * exclusion->words.size() : 0));
+  }
+};
+using Photo = std::shared_ptr<const DecodedPhoto>;
 
-/// The memory of the largest photo that was let go, for the next one: the system would have to map and clear new pages
-/// for each photo.
+/// The memory of photos that were let go, for the next ones: the system would have to map and clear new pages for each photo.
+/// What does not fit is freed when other memory is taken, so there is never more than photos have taken at a time.
 class SpareMemory {
  public:
-  std::vector<std::uint8_t> take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(pixels_, {});
+  std::vector<std::uint8_t> take(std::size_t bytes) {
+    std::vector<std::uint8_t> pixels;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto fits = [&](const auto& s) { return s.capacity() >= bytes && s.capacity() <= bytes + bytes / 8; };
+      auto taken = std::ranges::find_if(spare_, fits);
+      if (taken == spare_.end()) taken = spare_.begin();
+      if (taken != spare_.end()) {
+        if (fits(*taken)) pixels.swap(*taken);
+        spare_.erase(taken);
+      }
+    }
+    pixels.resize(bytes);
+    return pixels;
   }
   void give(std::vector<std::uint8_t> pixels) {
     const std::lock_guard lock(mutex_);
-    if (pixels.capacity() > pixels_.capacity()) pixels_.swap(pixels);
+    spare_.push_back(std::move(pixels));
+  }
+  void free() {
+    const std::lock_guard lock(mutex_);
+    spare_.clear();
   }
 
  private:
   std::mutex mutex_;
-  std::vector<std::uint8_t> pixels_;
+  std::vector<std::vector<std::uint8_t>> spare_;  ///< oldest first
 };
 
 /// Decodes on the calling thread without parallel loops: inside one, this thread could pick up a task that waits for
 /// the photo that it is decoding.
 Photo decode(const View& view, const std::shared_ptr<SpareMemory>& spare) {
-  Image image = read_image(view.photo, spare->take());
+  const PixelRoom room = [&](std::size_t bytes) { return spare->take(bytes); };
+  std::optional<PhotoExclusion> transparent;
+  if (view.uses_alpha) transparent.emplace();
+  Image image = read_image(view.photo, room, transparent ? &*transparent : nullptr);
   if (image.width / view.reduction != file_width(view.camera) || image.height / view.reduction != view.camera.height)
     throw InputError(view.photo, "",
                      "is " + size_text(image.width, image.height) + " pixels, which does not fit its camera any more");
-  if (const std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view)) paint_over(image, *exclusion);
-  if (view.reduction != 1) {
-    Image reduced = reduce_image(image, view.reduction);
+  std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view, std::move(transparent));
+  if (exclusion) paint_over(image, *exclusion);
+  const auto replace = [&](Image made) {
     spare->give(std::move(image.pixels));
-    image = std::move(reduced);
-  }
-  if (is_spherical(view.camera.distortion.model)) {
-    Image around = continue_around(image);
-    spare->give(std::move(image.pixels));
-    image = std::move(around);
-  }
-  return {new Image(std::move(image)), [spare](Image* photo) {
-            spare->give(std::move(photo->pixels));
+    image = std::move(made);
+  };
+  if (view.reduction != 1) replace(reduce_image(image, view.reduction, room));
+  if (is_spherical(view.camera.distortion.model)) replace(continue_around(image, room));
+  exclusion = view.uses_alpha ? fit_to_view(std::move(exclusion), view) : std::nullopt;
+  return {new DecodedPhoto{std::move(image), std::move(exclusion)}, [spare](DecodedPhoto* photo) {
+            spare->give(std::move(photo->image.pixels));
             delete photo;
           }};
 }
@@ -78,6 +104,7 @@ struct PhotoCache::State {
       : scene(of),
         limit_bytes(limit),
         shown_by(first_of_same_photo(of)),
+        held(of.views.size()),
         hashes(known != nullptr ? *known : own_hashes) {}
 
   struct Entry {
@@ -90,12 +117,15 @@ struct PhotoCache::State {
   std::size_t limit_bytes;
   std::vector<std::size_t> shown_by;  ///< per view, see first_of_same_photo
   std::mutex mutex;
+  std::vector<std::weak_ptr<const DecodedPhoto>> held;  ///< per view, what somebody may still hold of it
   std::unordered_map<std::size_t, Entry> entries;
   std::list<std::size_t> by_age;  ///< least recently used first
   std::size_t bytes = 0;
   std::shared_ptr<SpareMemory> spare = std::make_shared<SpareMemory>();  ///< photos handed out may outlive the cache
   FileHashes own_hashes;
   FileHashes& hashes;  ///< of files as they were first read
+
+  Photo fetch(std::size_t key);
 
   /// Reads something from the view's files, between two looks at them.
   template <typename Read>
@@ -130,7 +160,13 @@ PhotoCache::PhotoCache(const Scene& scene, std::size_t limit_bytes, FileHashes* 
 PhotoCache::~PhotoCache() = default;
 
 std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
-  std::optional<PhotoExclusion> exclusion = state_->read_unchanged(state_->scene.views.at(index(view)), read_exclusion);
+  const std::size_t first = state_->shown_by.at(index(view));
+  const View &v = state_->scene.views[index(view)], &decoded_as = state_->scene.views[first];
+  if (v.uses_alpha && v.mask == decoded_as.mask) {
+    const Photo photo = state_->fetch(first);
+    return photo->exclusion ? std::shared_ptr<const PhotoExclusion>(photo, &*photo->exclusion) : nullptr;
+  }
+  std::optional<PhotoExclusion> exclusion = state_->read_unchanged(v, read_exclusion);
   return exclusion ? std::make_shared<const PhotoExclusion>(std::move(*exclusion)) : nullptr;
 }
 
@@ -149,41 +185,44 @@ void PhotoCache::keep_at_most(std::size_t bytes) {
   const std::lock_guard lock(state_->mutex);
   state_->limit_bytes = bytes;
   state_->drop_oldest_beyond_limit();
-  state_->spare->take();
+  state_->spare->free();
 }
 
 std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
-  State& state = *state_;
-  const std::size_t key = state.shown_by.at(index(view));
+  const Photo photo = state_->fetch(state_->shown_by.at(index(view)));
+  return {photo, &photo->image};
+}
+
+Photo PhotoCache::State::fetch(std::size_t key) {
   std::promise<Photo> promise;
   {
-    std::unique_lock lock(state.mutex);
-    if (const auto found = state.entries.find(key); found != state.entries.end()) {
-      state.by_age.splice(state.by_age.end(), state.by_age, found->second.age);
+    std::unique_lock lock(mutex);
+    if (const auto found = entries.find(key); found != entries.end()) {
+      by_age.splice(by_age.end(), by_age, found->second.age);
       const std::shared_future<Photo> photo = found->second.photo;
       lock.unlock();
       return photo.get();
     }
-    const auto age = state.by_age.insert(state.by_age.end(), key);
-    state.entries[key] = {promise.get_future().share(), 0, age};
+    if (Photo photo = held[key].lock()) return photo;
+    entries[key] = {promise.get_future().share(), 0, by_age.insert(by_age.end(), key)};
   }
   try {
-    Photo photo =
-        state.read_unchanged(state.scene.views.at(key), [&](const View& v) { return decode(v, state.spare); });
+    Photo photo = read_unchanged(scene.views.at(key), [&](const View& v) { return decode(v, spare); });
     promise.set_value(photo);
-    const std::lock_guard lock(state.mutex);
-    State::Entry& entry = state.entries.at(key);
-    entry.bytes = std::max<std::size_t>(photo->pixels.size(), 1);
-    state.bytes += entry.bytes;
-    state.drop_oldest_beyond_limit();
+    const std::lock_guard lock(mutex);
+    held[key] = photo;
+    Entry& entry = entries.at(key);
+    entry.bytes = photo->bytes();
+    bytes += entry.bytes;
+    drop_oldest_beyond_limit();
     return photo;
   } catch (...) {
     // All waiting threads get the error; the next request tries again.
     {
-      const std::lock_guard lock(state.mutex);
-      const auto entry = state.entries.find(key);
-      state.by_age.erase(entry->second.age);
-      state.entries.erase(entry);
+      const std::lock_guard lock(mutex);
+      const auto entry = entries.find(key);
+      by_age.erase(entry->second.age);
+      entries.erase(entry);
     }
     promise.set_exception(std::current_exception());
     throw;

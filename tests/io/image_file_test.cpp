@@ -476,6 +476,26 @@ TEST(WriteImage, JpegKeepsChromaOfSinglePixels) {
   EXPECT_NEAR(back.at(6, 6)[0], 0, 6);
 }
 
+TEST(ReduceImage, AveragesBlocksOfAnySizeAndRoundsOnce) {
+  for (const int channels : {1, 3, 4})
+    for (const int factor : {2, 3, 4, 7}) {
+      Image image{30, 17, channels, {}};
+      for (int i = 0; i < 30 * 17 * channels; ++i) image.pixels.push_back(static_cast<std::uint8_t>(i * i % 251));
+      const Image reduced = reduce_image(image, factor);
+      ASSERT_EQ(reduced.width, 30 / factor);
+      ASSERT_EQ(reduced.height, 17 / factor);
+      for (int y = 0; y < reduced.height; ++y)
+        for (int x = 0; x < reduced.width; ++x)
+          for (int c = 0; c < channels; ++c) {
+            int sum = 0;
+            for (int i = 0; i < factor * factor; ++i)
+              sum += image.at(x * factor + i % factor, y * factor + i / factor)[c];
+            ASSERT_EQ(reduced.at(x, y)[c], (sum + factor * factor / 2) / (factor * factor))
+                << factor << ", " << channels;
+          }
+    }
+}
+
 TEST(WriteImage, JpegQualityTradesSizeForFidelity) {
   const TemporaryFolder folder;
   const Image image = picture(200, 200);

@@ -185,6 +185,30 @@ TEST_F(Masks, AlphaOfAPhotoExcludesAndJoinsItsMask) {
   EXPECT_FALSE(read_exclusion(scene(none).views[0]));
 }
 
+// At any depth and reduction.
+TEST_F(Masks, AlphaComesWithThePhoto) {
+  std::vector<std::uint16_t> deep(4 * kMaskWidth * kMaskHeight, 40000);
+  for (int x = 0; x < 20; ++x)
+    deep[static_cast<std::size_t>(4 * x + 3)] = x < 10 ? 0 : 1;  // which 8 bits can't tell apart
+  store(photo("p.tif"), kMaskWidth, kMaskHeight, 4, OIIO::TypeUInt16, deep);
+  Bytes rgba(deep.size(), 200);
+  for (int x = 0; x < 10; ++x) rgba[static_cast<std::size_t>(4 * x + 3)] = 0;
+  const auto with_photo = [&](const Scene& scene) {
+    PhotoCache cache(scene);
+    const auto exclusion = cache.exclusion(ViewId{0});
+    EXPECT_EQ(cache.photo(ViewId{0})->pixels.size(), 3 * pixel_index(0, exclusion->height, exclusion->width));
+    return *exclusion;
+  };
+  expect_block(with_photo(scene()), 0, 0, 10, 1);
+  store(photo("p.tif"), kMaskWidth, kMaskHeight, 4, OIIO::TypeUInt8, rgba);
+  expect_block(with_photo(scene()), 0, 0, 10, 1);
+  mask(photo("p.mask.png"), block(10, 0, 20, 1));
+  expect_block(with_photo(scene()), 0, 0, 20, 1);
+  SceneOptions half;
+  half.downscale = 2;
+  expect_block(with_photo(scene(half)), 0, 0, 10, 1);
+}
+
 TEST_F(Masks, TheFourthByteOfABmpIsNone) {
   // 32 bits a pixel, uncompressed: the fourth is reserved, and 0.
   std::string bmp = "BM" + test::bytes_of<std::uint32_t>(54 + 4 * kMaskWidth * kMaskHeight) + std::string(4, '\0') +

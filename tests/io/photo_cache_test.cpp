@@ -2,6 +2,7 @@
 #include <chrono>
 #include <fstream>
 #include <functional>
+#include <set>
 #include <thread>
 
 #include "io/file_hashes.h"
@@ -79,6 +80,27 @@ TEST(PhotoCache, DecodesIntoTheMemoryOfPhotosThatWereLetGo) {
     EXPECT_EQ(photo->pixels, std::vector<std::uint8_t>(samples, static_cast<std::uint8_t>(i)));
   }
   EXPECT_EQ(held->pixels, std::vector<std::uint8_t>(kPhotoBytes, 0));
+}
+
+TEST(PhotoCache, DecodesIntoAsMuchMemoryAsPhotosHaveTakenAtATime) {
+  const CachedPhotos photos(6);
+  PhotoCache cache(photos.scene);
+  std::set<const std::uint8_t*> places;
+  for (int i = 0; i < 6; i += 3) {
+    const auto a = cache.photo(view(i)), b = cache.photo(view(i + 1)), c = cache.photo(view(i + 2));
+    for (const auto& photo : {a, b, c}) places.insert(photo->pixels.data());
+  }
+  EXPECT_EQ(places.size(), 3u);
+}
+
+TEST(PhotoCache, HandsOutWhatSomebodyHolds) {
+  const CachedPhotos photos(2);
+  PhotoCache cache(photos.scene);
+  auto held = cache.photo(view(0));
+  EXPECT_EQ(cache.photo(view(0)), held);
+  EXPECT_EQ(cache.photo(view(1))->pixels.front(), 1);
+  held.reset();
+  EXPECT_EQ(cache.photo(view(0))->pixels.front(), 0);
 }
 
 TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
