@@ -2,15 +2,15 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
+#include <span>
 
 #include "image.h"
 
 namespace gpvc::io {
 
-/// `known`: per pixel, 0 or 1. Gives each unknown pixel of a picture of 3 channels the color of the smallest block of
-/// 2^n x 2^n pixels around it that has a known one: the mean of the block's four parts that have known pixels. A picture
+/// `known`: per pixel, 0 for unknown ones. Gives each unknown pixel of a picture of 3 channels the color of the smallest block
+/// of 2^n x 2^n pixels around it that has a known one: the mean of the block's four parts that have known pixels. A picture
 /// without a known pixel stays as it is. `parallel`: rows on several threads, with the same result. O(pixels).
-void fill_holes(Image& image, const std::vector<std::uint8_t>& known, bool parallel);
+void fill_holes(Image& image, std::span<const std::uint8_t> known, bool parallel);
 
 }  // namespace gpvc::io

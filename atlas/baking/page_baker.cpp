@@ -106,7 +106,7 @@ class PageBaker {
   void paint(const PageGroup& group, const Progress& progress) {
     if (group.kept && take_kept(group)) return;
     if (group.kept) ++to_paint_;  // their files are damaged
-    for (std::uint32_t p = group.first; p < group.end; ++p) build_.pages[p].open();
+    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) { build_.pages[p].open(); });
     bake_charts(group, progress);
     tbb::parallel_for(group.first, group.end,
                       [&](std::uint32_t p) { keep_page(options_.kept, p, build_.pages[p], partial_.open_on(p)); });
@@ -176,11 +176,11 @@ class PageBaker {
   void finish_or_spill(const PageGroup& group) {
     if (!spills()) return;
     holes_.look_at_borders();
-    for (std::uint32_t p = group.first; p < group.end; ++p) {
-      if (!build_.pages[p].is_open()) continue;
+    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) {
+      if (!build_.pages[p].is_open()) return;
       build_.spilled_means[p] = {};
       build_.spilled_means[p].add(build_.pages[p]);
-    }
+    });
     finish_if(group, [&](std::uint32_t p) { return !partial_.is_pending(p) && !holes_.is_pending(p); });
     if (options_.scratch_folder.empty()) return;
     if (!scratch_) scratch_.emplace(options_.scratch_folder);
@@ -222,7 +222,7 @@ class PageBaker {
       const std::lock_guard lock(mutex_);
       result_.page_texels += page.texels();
       result_.chart_texels += static_cast<std::size_t>(inside);
-      result_.padded_texels += padded;
+      result_.padded_texels += static_cast<std::size_t>(inside) + padded;
     }
     fill_background(page);
     finished_[number] = 1;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstring>
 
 #include "io/freed_memory.h"
 #include "io/push_pull.h"
@@ -78,17 +79,16 @@ namespace {
 /// computed, so none reads another and their order does not matter.
 class Padder {
  public:
-  explicit Padder(Page& page)
-      : page_(page), width_(page.image.width), height_(page.image.height), queued_(page.state.size(), 0) {}
+  explicit Padder(Page& page) : page_(page), width_(page.image.width), height_(page.image.height) {}
 
   std::size_t pad(int padding) {
-    std::vector<std::uint32_t> layer = first_layer();
+    std::vector<Texel> layer = first_layer();
     std::size_t padded = 0;
     for (int round = 0; !layer.empty(); ++round) {
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, layer.size(), kPart), [&](const auto& range) {
         for (std::size_t k = range.begin(); k < range.end(); ++k) take_mean(layer[k]);
       });
-      for (const auto i : layer) page_.state[i] = TexelState::padding;
+      for (const Texel& t : layer) page_.state[page_.at(t.x, t.y)] = TexelState::padding;
       if (round < padding) padded += layer.size();
       layer = next_layer(layer, round + 1 < padding);
     }
@@ -98,25 +98,28 @@ class Padder {
  private:
   static constexpr std::size_t kPart = 4096;  ///< texels that one task looks at
 
+  struct Texel {
+    int x, y;
+  };
   struct Neighbour {
-    std::uint32_t texel, owner;
+    Texel texel;
+    std::size_t at;
+    std::uint32_t owner;
     bool diagonal;
   };
 
   /// Calls visit(neighbour, owner of the texel itself).
   template <typename Visit>
-  void for_neighbours(std::uint32_t i, const Visit& visit) const {
-    const int x = static_cast<int>(i % static_cast<std::uint32_t>(width_));
-    const int y = static_cast<int>(i / static_cast<std::uint32_t>(width_));
-    const std::uint32_t own = page_.owner(x, y);
-    const auto inside = [edge = page_.block](int at) { return at % edge > 0 && at % edge < edge - 1; };
-    const bool in_block = inside(x) && inside(y);
+  void for_neighbours(const Texel& t, const Visit& visit) const {
+    const std::uint32_t own = page_.owner(t.x, t.y);
+    const auto inside = [last = page_.block - 1](int at) { return (at & last) > 0 && (at & last) < last; };
+    const bool in_block = inside(t.x) && inside(t.y);
     for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx)
-        if ((dx || dy) && x + dx >= 0 && x + dx < width_ && y + dy >= 0 && y + dy < height_)
-          visit(Neighbour{static_cast<std::uint32_t>(page_.at(x + dx, y + dy)),
-                          in_block ? own : page_.owner(x + dx, y + dy), dx && dy},
-                own);
+      for (int dx = -1; dx <= 1; ++dx) {
+        const Texel n{t.x + dx, t.y + dy};
+        if ((dx || dy) && (in_block || (n.x >= 0 && n.x < width_ && n.y >= 0 && n.y < height_)))
+          visit(Neighbour{n, page_.at(n.x, n.y), in_block ? own : page_.owner(n.x, n.y), dx && dy}, own);
+      }
   }
 
   /// Colours of a chart do not enter blocks that another chart owns.
@@ -126,71 +129,99 @@ class Padder {
 
   /// The texels that add_texels(part, list) lists for each of so many parts.
   template <typename AddTexels>
-  std::vector<std::uint32_t> collect(std::size_t parts, const AddTexels& add_texels) {
-    std::vector<std::vector<std::uint32_t>> lists(parts);
+  std::vector<Texel> collect(std::size_t parts, const AddTexels& add_texels) {
+    std::vector<std::vector<Texel>> lists(parts);
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) { add_texels(part, lists[part]); });
-    std::vector<std::uint32_t> all;
+    std::vector<Texel> all;
     for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
     return all;
   }
 
-  /// True for the first caller that asks for the texel, on any thread.
-  bool enqueue(std::uint32_t i) { return std::atomic_ref(queued_[i]).exchange(1, std::memory_order_relaxed) == 0; }
-
   /// Ring texels, which have their colour already, and empty texels beside chart texels.
-  std::vector<std::uint32_t> first_layer() {
-    return collect(static_cast<std::size_t>(height_), [&](std::size_t y, std::vector<std::uint32_t>& list) {
+  std::vector<Texel> first_layer() {
+    return collect(static_cast<std::size_t>(height_), [&](std::size_t row, std::vector<Texel>& list) {
+      const int y = static_cast<int>(row);
       for (int x = 0; x < width_; ++x) {
-        const auto i = static_cast<std::uint32_t>(page_.at(x, static_cast<int>(y)));
-        bool first = page_.state[i] == TexelState::ring;
-        if (page_.state[i] == TexelState::empty)
-          for_neighbours(i, [&](const Neighbour& n, std::uint32_t own) {
-            first |= page_.state[n.texel] == TexelState::chart && may_pass(n.owner, own);
+        if (x % kWord == 0 && has_none_of_first(x, y)) {
+          x += kWord - 1;
+          continue;
+        }
+        const TexelState state = page_.state[page_.at(x, y)];
+        bool first = state == TexelState::ring;
+        if (state == TexelState::empty)
+          for_neighbours({x, y}, [&](const Neighbour& n, std::uint32_t own) {
+            first |= page_.state[n.at] == TexelState::chart && may_pass(n.owner, own);
           });
-        if (first && enqueue(i)) list.push_back(i);
+        if (first) list.push_back({x, y});
       }
     });
   }
 
-  std::vector<std::uint32_t> next_layer(const std::vector<std::uint32_t>& layer, bool into_free_blocks) {
-    return collect((layer.size() + kPart - 1) / kPart, [&](std::size_t part, std::vector<std::uint32_t>& list) {
+  static constexpr int kWord = 8;  ///< texels that are looked at together
+
+  std::uint64_t states_from(int x, int y) const {
+    std::uint64_t states = 0;
+    std::memcpy(&states, &page_.state[page_.at(x, y)], kWord);
+    return states;
+  }
+
+  /// True for most words without a texel of the first layer: all chart, or all empty and not beside a chart.
+  bool has_none_of_first(int x, int y) const {
+    constexpr std::uint64_t kChart = 0x0101010101010101;  // TexelState::chart, of which a ring has no bit
+    if (x == 0 || x + kWord >= width_) return false;
+    const std::uint64_t states = states_from(x, y);
+    if (states != 0) return states == kChart;
+    std::uint64_t around = 0;
+    for (int near_y = std::max(0, y - 1); near_y <= std::min(y + 1, height_ - 1); ++near_y)
+      around |= states_from(x - 1, near_y) | states_from(x + 1, near_y);
+    return (around & kChart) == 0;
+  }
+
+  std::vector<Texel> next_layer(const std::vector<Texel>& layer, bool into_free_blocks) {
+    return collect((layer.size() + kPart - 1) / kPart, [&](std::size_t part, std::vector<Texel>& list) {
       const std::size_t end = std::min(layer.size(), (part + 1) * kPart);
       for (std::size_t k = part * kPart; k < end; ++k)
         for_neighbours(layer[k], [&](const Neighbour& n, std::uint32_t own) {
-          if (page_.state[n.texel] != TexelState::empty || !may_pass(own, n.owner)) return;
-          if (!into_free_blocks && n.owner == kNoOwner) return;
-          if (enqueue(n.texel)) list.push_back(n.texel);
+          if (!may_pass(own, n.owner) || (!into_free_blocks && n.owner == kNoOwner)) return;
+          if (enqueue(n.at)) list.push_back(n.texel);
         });
     });
   }
 
-  void take_mean(std::uint32_t i) {
-    if (page_.state[i] == TexelState::ring) return;
-    ColorMean mean;
-    for_neighbours(i, [&](const Neighbour& n, std::uint32_t own) {
-      if (page_.state[n.texel] != TexelState::empty && may_pass(n.owner, own))
-        mean.add(load(page_.image.pixels.data() + std::size_t{3} * n.texel), n.diagonal ? 0.5f : 1.0f);
+  /// True for the first caller that asks for an empty texel, on any thread.
+  bool enqueue(std::size_t at) {
+    const std::atomic_ref state(page_.state[at]);
+    TexelState was = state.load(std::memory_order_relaxed);
+    return was == TexelState::empty && state.compare_exchange_strong(was, TexelState::next, std::memory_order_relaxed);
+  }
+
+  void take_mean(const Texel& t) {
+    const std::size_t at = page_.at(t.x, t.y);
+    if (page_.state[at] == TexelState::ring) return;
+    std::array<unsigned, 3> sum{};
+    unsigned weight = 0;
+    for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {
+      const TexelState state = page_.state[n.at];
+      if (state == TexelState::empty || state == TexelState::next || !may_pass(n.owner, own)) return;
+      const unsigned w = n.diagonal ? 1 : 2;
+      weight += w;
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += w * page_.image.pixels[3 * n.at + c];
     });
-    store(page_.image.pixels.data() + std::size_t{3} * i, *mean.mean());
+    for (std::size_t c = 0; c < 3; ++c)
+      page_.image.pixels[3 * at + c] = static_cast<std::uint8_t>((2 * sum[c] + weight) / (2 * weight));
   }
 
   Page& page_;
   int width_, height_;
-  std::vector<std::uint8_t> queued_;
 };
 
 }  // namespace
 
-std::size_t pad_charts(Page& page, int padding) {
-  const auto inside = std::count(page.state.begin(), page.state.end(), TexelState::chart);
-  return static_cast<std::size_t>(inside) + Padder(page).pad(padding);
-}
+std::size_t pad_charts(Page& page, int padding) { return Padder(page).pad(padding); }
 
 void fill_background(Page& page) {
-  std::vector<std::uint8_t> known(page.state.size());
-  std::transform(page.state.begin(), page.state.end(), known.begin(),
-                 [](TexelState s) { return s != TexelState::empty; });
-  io::fill_holes(page.image, known, true);
+  static_assert(TexelState::empty == TexelState{0});
+  io::fill_holes(page.image, {reinterpret_cast<const std::uint8_t*>(page.state.data()), page.state.size()}, true);
 }
 
 void PageMean::add(const Page& page) {

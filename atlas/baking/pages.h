@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,7 +18,13 @@
 
 namespace gpvc::atlas {
 
-enum class TexelState : std::uint8_t { empty = 0, chart = 1, ring = 2, padding = 3 };
+enum class TexelState : std::uint8_t {
+  empty = 0,
+  chart = 1,
+  ring = 2,
+  padding = 3,
+  next = 4  ///< becomes padding; only while charts are padded
+};
 
 /// True for texels that take their colour from photos. Without padding there is no ring either.
 inline bool is_baked(TexelReach reach, int padding) {
@@ -34,7 +41,7 @@ inline TexelState state_of(TexelReach reach) {
 struct Page {
   Image image;
   std::vector<TexelState> state;           ///< per texel
-  int block = 1;                           ///< edge of the blocks, which no two charts share
+  int block = 1;                           ///< edge of the blocks, which no two charts share; a power of two
   std::vector<std::uint32_t> block_owner;  ///< per block, row-major: a chart, or kNoOwner
 
   /// \param blocks size of the page in blocks
@@ -52,7 +59,8 @@ struct Page {
   /// Gives the image away; what is left has its size.
   Image close();
   std::uint32_t owner(int x, int y) const {
-    return block_owner[pixel_index(x / block, y / block, image.width / block)];
+    const int shift = std::countr_zero(static_cast<unsigned>(block));
+    return block_owner[pixel_index(x >> shift, y >> shift, image.width >> shift)];
   }
   std::size_t at(int x, int y) const { return pixel_index(x, y, image.width); }
   void put(int x, int y, const Color& color, TexelState s) {
@@ -99,7 +107,7 @@ std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const P
 std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
 /// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: over all of the chart's
-/// own blocks, and up to `padding` texels into blocks without an owner. Returns how many texels lie in charts or within
+/// own blocks, and up to `padding` texels into blocks without an owner. Returns how many texels outside charts lie within
 /// `padding` of one. O(page texels + perimeters x padding).
 std::size_t pad_charts(Page& page, int padding);
 
