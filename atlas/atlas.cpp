@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "atlas/baking/kept_pages.h"
 #include "atlas/baking/page_baker.h"
@@ -149,6 +150,11 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   if (options.take_model) beside = options.take_model(atlas.model);
 
   Clock::time_point start = Clock::now();
+  std::size_t decodes = input.photos.decodes().times;
+  const auto more_decodes = [&] {
+    const std::size_t before = std::exchange(decodes, input.photos.decodes().times);
+    return decodes - before;
+  };
   std::optional<LevelingResult> leveling = take_leveling(options.kept, input, layout.set);
   if (!leveling) {
     leveling = level_seams(input, layout.set, state.coverage, blending, state.options.seams);
@@ -158,6 +164,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   statistics.seam_step_after = leveling->step_after;
   release_freed_memory();
   statistics.leveling_s = seconds_since(start);
+  statistics.seam_decodes = more_decodes();
 
   start = Clock::now();
   atlas.face_chart = layout.set.face_chart;
@@ -171,6 +178,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   statistics.kept_pages = baked.kept_pages;
   if (beside.valid()) beside.get();
   statistics.baking_s = seconds_since(start);
+  statistics.paint_decodes = more_decodes();
   return atlas;
 }
 

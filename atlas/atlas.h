@@ -80,6 +80,8 @@ struct AtlasStatistics {
   double reduction = 1;  ///< factor on the scale of all charts that meets the limits
   double layout_s = 0, leveling_s = 0, baking_s = 0;
   std::size_t kept_pages = 0;  ///< taken from another run
+  /// Photos that were decoded for seams and to paint, each as often as it was: see io::PhotoSource::decodes.
+  std::size_t seam_decodes = 0, paint_decodes = 0;
 };
 
 /// Exposure of a view. Leveling multiplies a colour at distance r from the centre, 1 being half the diagonal, by the

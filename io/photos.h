@@ -31,6 +31,11 @@ struct PhotoExclusion {
   }
 };
 
+/// How many photos have been decoded, and how many times in all.
+struct PhotoDecodes {
+  std::size_t photos = 0, times = 0;
+};
+
 /// The photos of a scene by view: all that the stages know of where pictures come from. Implementations are thread-safe.
 class PhotoSource {
  public:
@@ -45,12 +50,15 @@ class PhotoSource {
   virtual std::optional<WorkKey> key(ViewId /*view*/) { return std::nullopt; }
   /// Bytes of photos that a source which keeps some for later may keep from now on.
   virtual void keep_at_most(std::size_t /*bytes*/) {}
+  /// So far, of a source that decodes files.
+  virtual PhotoDecodes decodes() const { return {}; }
 };
 
 /// Decoded photos of a scene under a byte limit, least recently used out first. Thread-safe; a photo asked for by two
 /// threads is decoded once, on one of them and without parallel loops. Photos come at their view's camera size, with
 /// excluded pixels painted over from their surroundings, so that no filter picks them up. Photos handed out live on
-/// outside the limit until released. `scene` must outlive the cache.
+/// outside the limit until released, and are handed out again until then: the views of one file, and its alphas, share a
+/// decoding. `scene` must outlive the cache.
 ///
 /// Photos and masks are read several times, and each time must be the files that they were first, byte for byte: all
 /// functions throw InputError for one that has changed since. A stat a reading and one hash of each file, before it is
@@ -64,11 +72,12 @@ class PhotoCache final : public PhotoSource {
   PhotoCache& operator=(const PhotoCache&) = delete;
   /// Throws InputError when the photo cannot be decoded whole.
   std::shared_ptr<const Image> photo(ViewId view) override;
-  /// The result of read_exclusion; nothing is kept.
+  /// The result of read_exclusion. Where alphas count it comes with the photo, which lives as long; else nothing is kept.
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
   /// Of the bytes of the view's files.
   std::optional<WorkKey> key(ViewId view) override;
   void keep_at_most(std::size_t bytes) override;
+  PhotoDecodes decodes() const override;
 
  private:
   struct State;

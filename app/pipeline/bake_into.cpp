@@ -33,6 +33,8 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
   observer.figure("page_texels", s.page_texels);
   observer.figure("reduction", s.reduction);
   observer.figure("seam_edges", s.seam_edges);
+  observer.figure("decodes.seams", s.seam_decodes);
+  observer.figure("decodes.paint", s.paint_decodes);
   std::string seams;
   if (s.kept_pages > 0) {
     observer.figure("kept.pages", s.kept_pages);
@@ -74,6 +76,8 @@ atlas::TextureAtlas bake_and_end(const atlas::AtlasPlan& plan, const atlas::Atla
                                  const atlas::AtlasOptions& options, Observer& observer,
                                  const atlas::BakeOptions& memory) {
   atlas::TextureAtlas atlas = atlas::bake_atlas(plan, input, observer.reporter(), memory);
+  const auto [photos, decodes] = input.photos.decodes();
+  if (photos > 0) observer.figure("decodes.per_photo", static_cast<double>(decodes) / static_cast<double>(photos));
   report_atlas(atlas, options.seams != atlas::SeamLeveling::none, observer);
   return atlas;
 }

@@ -181,6 +181,10 @@ std::size_t MemoryPlan::photos_while_seeing() const {
   return static_cast<std::size_t>(std::max(0.0, limit - need.see));
 }
 
+std::size_t MemoryPlan::photos_while_choosing() const {
+  return static_cast<std::size_t>(std::max(0.0, limit - std::max(need.see, need.choose)));
+}
+
 MemoryPlan::Shares MemoryPlan::while_baking(double all_pages, double page) const {
   const double room = std::max(0.0, limit - need.bake);
   const auto bytes = [](double size) { return static_cast<std::size_t>(size); };

@@ -48,7 +48,10 @@ Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions optio
   run.photos.keep_at_most(memory.photos_while_seeing());
   Choice choice{weighed_graph(run.input.mesh, run.settings.edge_weights, run.observer), {}, {}};
   options.graph = &choice.graph;
+  const std::size_t decodes = run.photos.decodes().times;
   choice.seen = see(run, options, on_judged);
+  run.observer.figure("decodes.see", run.photos.decodes().times - decodes);
+  run.photos.keep_at_most(memory.photos_while_choosing());
   release_freed_memory();
   choice.selection = take_or_choose(run, choice);
   release_freed_memory();

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -118,6 +119,8 @@ struct PhotoCache::State {
   std::vector<std::size_t> shown_by;  ///< per view, see first_of_same_photo
   std::mutex mutex;
   std::vector<std::weak_ptr<const DecodedPhoto>> held;  ///< per view, what somebody may still hold of it
+  std::unordered_set<std::size_t> decoded;
+  std::size_t decodes = 0;
   std::unordered_map<std::size_t, Entry> entries;
   std::list<std::size_t> by_age;  ///< least recently used first
   std::size_t bytes = 0;
@@ -188,6 +191,11 @@ void PhotoCache::keep_at_most(std::size_t bytes) {
   state_->spare->free();
 }
 
+PhotoDecodes PhotoCache::decodes() const {
+  const std::lock_guard lock(state_->mutex);
+  return {state_->decoded.size(), state_->decodes};
+}
+
 std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
   const Photo photo = state_->fetch(state_->shown_by.at(index(view)));
   return {photo, &photo->image};
@@ -210,6 +218,8 @@ Photo PhotoCache::State::fetch(std::size_t key) {
     Photo photo = read_unchanged(scene.views.at(key), [&](const View& v) { return decode(v, spare); });
     promise.set_value(photo);
     const std::lock_guard lock(mutex);
+    ++decodes;
+    decoded.insert(key);
     held[key] = photo;
     Entry& entry = entries.at(key);
     entry.bytes = photo->bytes();

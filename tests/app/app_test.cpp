@@ -134,6 +134,11 @@ TEST_F(App, TextureKeepsEveryPromise) {
   }
   EXPECT_EQ(there, promised);
 
+  const auto decodes = record["counts"]["decodes"];
+  EXPECT_EQ(decodes["see"], 5);
+  const double all = 5 + decodes["seams"].get<double>() + decodes["paint"].get<double>();
+  EXPECT_DOUBLE_EQ(decodes["per_photo"], all / 5);
+
   const std::size_t faces = record["counts"]["faces"];
   std::size_t obj_faces = 0;
   std::istringstream obj(read_file(out_ / "model.obj"));

@@ -197,6 +197,7 @@ TEST_F(Masks, AlphaComesWithThePhoto) {
     PhotoCache cache(scene);
     const auto exclusion = cache.exclusion(ViewId{0});
     EXPECT_EQ(cache.photo(ViewId{0})->pixels.size(), 3 * pixel_index(0, exclusion->height, exclusion->width));
+    EXPECT_EQ(cache.decodes().times, 1u);
     return *exclusion;
   };
   expect_block(with_photo(scene()), 0, 0, 10, 1);

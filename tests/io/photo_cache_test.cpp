@@ -99,8 +99,11 @@ TEST(PhotoCache, HandsOutWhatSomebodyHolds) {
   auto held = cache.photo(view(0));
   EXPECT_EQ(cache.photo(view(0)), held);
   EXPECT_EQ(cache.photo(view(1))->pixels.front(), 1);
+  EXPECT_EQ(cache.decodes().times, 2u);
   held.reset();
   EXPECT_EQ(cache.photo(view(0))->pixels.front(), 0);
+  EXPECT_EQ(cache.decodes().times, 3u);
+  EXPECT_EQ(cache.decodes().photos, 2u);
 }
 
 TEST(PhotoCache, GivesEveryThreadTheSamePhoto) {
