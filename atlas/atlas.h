@@ -168,8 +168,8 @@ class AtlasPlan {
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
 /// Exposure per view from the ratios across the seams of all faces, for AtlasInput::exposure. In each channel the
-/// geometric mean of the gains over all faces is one, so that the texture as a whole keeps its brightness. Fetches each
-/// photo at most once.
+/// geometric mean of the gains over all faces is one, so that the texture as a whole keeps its brightness. Fetches the coarse
+/// colours of each photo at most once.
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 
 /// The colour ratio across a seam edge, for a fit over the parts of a mesh.
@@ -182,7 +182,7 @@ struct SeamRatio {
 GPVC_MEMBERS(SeamRatio, views, logs, r2, weight)
 
 /// Those across seams whose lower face is none of the border, so that parts of a mesh that have each other's faces in their
-/// borders give each seam once. Fetches each photo at most once.
+/// borders give each seam once. Fetches the coarse colours of each photo at most once.
 std::vector<SeamRatio> seam_ratios(const AtlasInput& input);
 
 /// As above, from the ratios of all parts in any order that is the same each time. `faces`: per view, how many faces have it.
@@ -219,14 +219,12 @@ struct BakeOptions {
   /// Where pages are spilled, to a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
   /// the colours of later groups. Empty: such pages stay in memory.
   std::filesystem::path scratch_folder = {};
-  /// Bytes that coarse photos may take in such a file where pages are baked in several groups: a group that needs no more of a
-  /// photo does not fetch it again. 3/4 of a byte for each pixel of the photos.
-  std::size_t coarse_bytes = 0;
   /// Pages are kept as the photos painted them, before anything is filled in: 4 bytes a texel.
   KeptPages kept = {};
 };
 
-/// Levels seams and bakes pages. Each photo is fetched at most once for its seams and once for each group of pages.
+/// Levels seams and bakes pages. For its seams a photo's coarse colours are fetched, at most once; for each group of pages the photo,
+/// or where it is only blended there its coarse colours, once.
 /// `input` is what the plan was made from. Throws what the photo source throws, and OutputError where pages cannot be spilled.
 /// Progress counts baked photos. It is called from any thread, but by one thread at a time, and also while a photo is
 /// being baked, so that an exception from it stops the work within a fraction of a second.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -36,6 +37,13 @@ struct PhotoDecodes {
   std::size_t photos = 0, times = 0;
 };
 
+/// Edge, in pixels of the photo, of the squares whose means are the pixels of a coarse photo. Detail finer than twice that
+/// comes from one photo. With 4 the error on photos held out of three scenes is higher (benchmarks/README.md).
+inline constexpr int kCoarsePixel = 2;
+
+/// A photo without its fine detail: the means of its squares. O(pixels).
+Image coarse_image(const Image& photo);
+
 /// The photos of a scene by view: all that the stages know of where pictures come from. Implementations are thread-safe.
 class PhotoSource {
  public:
@@ -45,6 +53,8 @@ class PhotoSource {
   virtual std::shared_ptr<const Image> photo(ViewId view) = 0;
   /// Pixels that must not be used, at the view's camera size; null when all may be. Throws InputError.
   virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
+  /// coarse_image() of the photo. `photo`: what photo() gives, where it is at hand; else null. Throws InputError.
+  virtual std::shared_ptr<const Image> coarse(ViewId view, const Image* photo);
   /// Stands for what photo() and exclusion() give for the view. nullopt: unknown, so that no result made from the view is
   /// kept for another run. Throws InputError.
   virtual std::optional<WorkKey> key(ViewId /*view*/) { return std::nullopt; }
@@ -127,6 +137,31 @@ std::optional<PhotoExclusion> read_exclusion(const View& view);
 /// True if the view's mask tells other programs all that read_exclusion knows: it is a PNG without alpha, in black and
 /// white alone, and the photo's alpha does not count. Decodes it. Throws InputError.
 bool has_plain_mask(const View& view);
+
+/// Per view the first that shows the same photo: the views of a panorama and of a wide fisheye are made from one file.
+std::vector<std::uint32_t> photo_of_view(const Scene& scene);
+
+/// Photos of another source, whose coarse ones are made when a photo is first fetched, on the thread that fetches it, and kept in
+/// a file without a name: to read one takes a tenth of the time that decoding the photo takes. What does not fit is made of
+/// the photo each time.
+class CoarsePhotos final : public PhotoSource {
+ public:
+  /// Borrows the source.
+  /// \param folder where the file may grow to `most` bytes; 3 / kCoarsePixel^2 for each pixel of the photos hold all
+  CoarsePhotos(PhotoSource& photos, const Scene& scene, const std::filesystem::path& folder, std::size_t most);
+  ~CoarsePhotos() override;
+  std::shared_ptr<const Image> photo(ViewId view) override;
+  std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override { return photos_.exclusion(view); }
+  /// Throws OutputError as well, where what was kept cannot be read.
+  std::shared_ptr<const Image> coarse(ViewId view, const Image* photo) override;
+  std::optional<WorkKey> key(ViewId view) override { return photos_.key(view); }
+  void keep_at_most(std::size_t bytes) override { photos_.keep_at_most(bytes); }
+
+ private:
+  struct Store;
+  PhotoSource& photos_;
+  std::unique_ptr<Store> store_;
+};
 
 /// Calls `work` with the number of every view that has a photo, on several threads. Returns the InputError of each view,
 /// null for none, so that the first view's can be reported for any number of threads.

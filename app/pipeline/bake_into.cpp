@@ -66,6 +66,14 @@ atlas::BakeOptions share_memory(const atlas::AtlasPlan& plan, const MemoryPlan& 
 
 }  // namespace
 
+io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely, const OutputFolder& folder) {
+  const atlas::AtlasOptions& options = run.settings.atlas;
+  const bool needed = options.seams != atlas::SeamLeveling::none || options.blend != atlas::Blending::none;
+  const double all = needed ? work.pixels * 3 / (io::kCoarsePixel * io::kCoarsePixel) : 0;
+  return {run.photos, run.input.scene, folder.in_making(),
+          static_cast<std::size_t>(std::clamp((folder.space() - likely) / 2, 0.0, all))};
+}
+
 atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer) {
   atlas::AtlasPlan made = atlas::plan_atlas(input, options);
   note_estimate(made.estimate(), observer);
@@ -88,7 +96,6 @@ atlas::TextureAtlas bake_into(const Run& run, const atlas::AtlasInput& from, con
   const atlas::AtlasPlan plan = plan_and_note(from, run.settings.atlas, run.observer);
   atlas::BakeOptions options = share_memory(plan, memory, run);
   options.scratch_folder = space.scratch_folder;
-  options.coarse_bytes = space.coarse_bytes;
   options.kept = space.kept;
   if (sink != nullptr) {
     sink->begin(plan.estimate());

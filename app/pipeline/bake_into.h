@@ -1,11 +1,11 @@
 // Bakes an atlas within a run's memory and hands its pages on: what textured models, changed ones, tilesets and jobs share.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <string>
 
 #include "../../atlas/atlas.h"
+#include "../../io/photos.h"
 #include "memory.h"
 #include "page_sink.h"
 #include "run.h"
@@ -16,9 +16,12 @@ namespace gpvc::pipeline {
 struct BakeSpace {
   std::string stage = "bake";  ///< as the observer sees it
   std::filesystem::path scratch_folder = {};
-  std::size_t coarse_bytes = 0;  ///< see atlas::BakeOptions
   atlas::KeptPages kept = {};
 };
+
+/// The run's photos with coarse ones beside them, where baking needs any: in the folder, in half of what a result of `likely` bytes
+/// leaves of its space.
+io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely, const OutputFolder& folder);
 
 /// One stage. Without a sink the atlas holds its pages.
 atlas::TextureAtlas bake_into(const Run& run, const atlas::AtlasInput& from, const MemoryPlan& memory,

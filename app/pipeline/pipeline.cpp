@@ -73,11 +73,13 @@ void note_memory(const MemoryPlan& memory, Observer& observer) {
                               results::readable_bytes(need.write)));
 }
 
-TexturedFiles texture_within(const MemoryPlan& memory, Run run, OutputFolder& folder) {
+TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputFolder& folder) {
+  note_memory(memory, given.observer);
+  FileSizes sizes = predicted_sizes(given.input, given.settings, memory.work.texels);
+  if (given.settings.editable) sizes.likely += edit_bytes(memory.work);
+  io::CoarsePhotos with_coarse = with_coarse_photos(given, memory.work, sizes.likely, folder);
+  Run run{given.input, given.settings, with_coarse, given.observer, given.kept};
   const auto& [input, settings, photos, observer, kept] = run;
-  note_memory(memory, observer);
-  FileSizes sizes = predicted_sizes(input, settings, memory.work.texels);
-  if (settings.editable) sizes.likely += edit_bytes(memory.work);
   folder.expect_space(sizes.least, sizes.likely, observer);
   std::optional<Checkpoint> checkpoint = open_checkpoint(run, memory, sizes, folder);
   if (checkpoint) run.kept = &*checkpoint;
@@ -93,9 +95,7 @@ TexturedFiles texture_within(const MemoryPlan& memory, Run run, OutputFolder& fo
   if (checkpoint) checkpoint->warn_of_failure(observer);
   ModelFiles files(run, folder, chosen.selection.labels, chosen.seen.candidates.tags);
   const atlas::AtlasInput from = atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
-  // Coarse photos may take half of what is left beside the result.
   const BakeSpace space{.scratch_folder = folder.in_making(),
-                        .coarse_bytes = static_cast<std::size_t>(std::max(0.0, (folder.space() - sizes.likely) / 2)),
                         .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
   atlas::TextureAtlas atlas = bake_into(run, from, memory, space, &files);
   if (checkpoint) checkpoint->warn_of_failure(observer);

@@ -205,10 +205,13 @@ class Remaking final : public PageSink {
     std::vector<atlas::ViewExposure> exposure = earlier_.model.exposure;
     exposure.resize(run_.input.scene.views.size());  // without seams there was nothing to fit them to
     const atlas::FinishedTexture finished{earlier_.model.model, beside_, earlier_.model.reduction};
+    const MemoryPlan memory = plan_memory(run_.input, run_.settings);
+    const FileSizes sizes = predicted_sizes(run_.input, run_.settings, memory.work.texels);
+    io::CoarsePhotos photos = with_coarse_photos(run_, memory.work, sizes.likely, folder);
     const atlas::AtlasInput from{
-        run_.input.mesh,           run_.input.scene, run_.photos,  earlier_.graph, labels,   earlier_.candidates.tags,
+        run_.input.mesh,           run_.input.scene, photos,       earlier_.graph, labels,   earlier_.candidates.tags,
         earlier_.candidates.table, coverage,         change_.kept, exposure,       &finished};
-    return bake_into(run_, from, plan_memory(run_.input, run_.settings), {.scratch_folder = folder.in_making()}, this);
+    return bake_into(run_, from, memory, {.scratch_folder = folder.in_making()}, this);
   }
 
   void begin(const atlas::AtlasEstimate& size) override {

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
-#include <map>
 #include <utility>
 #include <variant>
 
@@ -17,6 +15,7 @@
 #include "app/pipeline/view_loop.h"
 #include "io/clock.h"
 #include "io/error.h"
+#include "io/photos.h"
 
 namespace gpvc::pipeline {
 namespace {
@@ -56,15 +55,10 @@ void report_times(const Seen& seen, Observer& observer) {
 }  // namespace
 
 std::vector<std::uint32_t> photo_of_view(const Scene& scene) {
-  std::map<std::filesystem::path, std::uint32_t> first;
-  std::vector<std::uint32_t> photos;
-  bool shared = false;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
-    const std::filesystem::path& photo = scene.views[v].photo;
-    photos.push_back(photo.empty() ? v : first.try_emplace(photo, v).first->second);
-    shared = shared || photos.back() != v;
-  }
-  return shared ? photos : std::vector<std::uint32_t>();
+  std::vector<std::uint32_t> photos = io::photo_of_view(scene);
+  for (std::uint32_t v = 0; v < photos.size(); ++v)
+    if (photos[v] != v) return photos;
+  return {};
 }
 
 void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer) {

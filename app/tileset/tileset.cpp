@@ -95,9 +95,11 @@ class TilesetMaker {
     const bool judged = level.number > 0;
     if (judged) settings.costs.keep_odd_views = true;
     const pipeline::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
-    pipeline::Run run{input, settings, run_.photos, observer_};
     const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings);
     const pipeline::FileSizes sizes = pipeline::predicted_sizes(input, settings, memory.work.texels);
+    io::CoarsePhotos photos =
+        pipeline::with_coarse_photos({input, settings, run_.photos, observer_}, memory.work, sizes.likely, folder_);
+    pipeline::Run run{input, settings, photos, observer_};
     // Each level takes a quarter of the one below: a third more together.
     if (level.number == 0) folder_.expect_space(sizes.least, sizes.likely * 4 / 3, observer_);
     std::optional<pipeline::Checkpoint> checkpoint =

@@ -338,10 +338,10 @@ struct PhotoUse {
 
 using ViewWork = std::vector<PhotoUse>;
 
-/// What a pass needs of a photo: the photo, unless its coarse colours are kept and are all that is needed.
+/// What a pass needs of a photo: the photo, unless its coarse colours are all that is needed.
 struct FetchedPhoto {
   std::shared_ptr<const Image> photo = nullptr;
-  std::optional<CoarsePhoto> coarse = {};
+  std::shared_ptr<const Image> coarse = nullptr;
 };
 
 /// Fields of the charts that are baked, and what each view adds to them.
@@ -387,13 +387,11 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
   const std::size_t views = work.size() - static_cast<std::size_t>(std::ranges::count(
                                               work, true, [](const ViewWork& mine) { return mine.empty(); }));
   std::size_t done = 0;
+  const auto blends = [](const PhotoUse& use) { return use.field != nullptr; };
   const auto fetch = [&](ViewId id) {
-    const auto blends = [](const PhotoUse& use) { return use.field != nullptr; };
-    const bool has_coarse = build.coarse && build.coarse->has(id);
-    FetchedPhoto fetched;
-    if (has_coarse && std::ranges::any_of(work[index(id)], blends)) fetched.coarse = build.coarse->read(id);
-    if (!has_coarse || !std::ranges::all_of(work[index(id)], blends)) fetched.photo = build.input.photos.photo(id);
-    return fetched;
+    io::PhotoSource& photos = build.input.photos;
+    return std::ranges::all_of(work[index(id)], blends) ? FetchedPhoto{.coarse = photos.coarse(id, nullptr)}
+                                                        : FetchedPhoto{.photo = photos.photo(id)};
   };
   each_fetched(work, order, fetch, [&](ViewId id, FetchedPhoto& fetched, const ViewWork& mine) {
     const View& view = build.input.scene.views[index(id)];
@@ -401,17 +399,15 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
     Poll poll(progress, done, views);
     const auto for_each = [&](bool of_fields, const auto& body) {
       tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
-        if ((mine[i].field != nullptr) != of_fields) return;
+        if (blends(mine[i]) != of_fields) return;
         poll();
         body(mine[i]);
       });
     };
-    std::optional<CoarsePhoto>& coarse = fetched.coarse;
     tbb::parallel_invoke(
         [&] {
-          if (fields.empty() || coarse) return;
-          coarse.emplace(*fetched.photo);
-          if (build.coarse) build.coarse->keep(id, *coarse);
+          if (!fetched.coarse && std::ranges::any_of(mine, blends))
+            fetched.coarse = build.input.photos.coarse(id, fetched.photo.get());
         },
         [&] {
           for_each(false, [&](const PhotoUse& use) {
@@ -423,7 +419,8 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
                   .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
           });
         });
-    for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, *coarse); });
+    const CoarsePhoto coarse(std::move(fetched.coarse));
+    for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, coarse); });
     if (progress) progress(++done, views);
   });
   tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) { fields[i].apply(build); });

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,7 +11,6 @@
 #include "atlas/baking/pages.h"
 #include "atlas/baking/partial_sources.h"
 #include "atlas/blending/blend_weights.h"
-#include "atlas/blending/coarse_store.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/color_correction.h"
 
@@ -30,7 +28,6 @@ struct AtlasBuild {
   std::vector<ChartPlace> places;  ///< per chart before those of the border
   std::vector<Page> pages;
   std::vector<PageMean> spilled_means = {};  ///< per page: when it was last spilled, before it was padded
-  std::optional<CoarseStore> coarse = {};    ///< of photos that were in use; none where they are used once
 
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }
   const Page& page_of(std::uint32_t chart) const { return pages[places[chart].page]; }
@@ -50,8 +47,8 @@ struct AtlasBuild {
 enum class PlainCharts { bake, skip };
 
 /// Copies or resamples every texel of the plain charts on open pages, and adds to partial charts what each view gives
-/// them. Every photo is fetched once, unless build.coarse has all that is needed of it; the next ones are decoded while
-/// one is in use. Without padding the rings of charts are left out.
+/// them. Every photo is fetched once, or only its coarse colours where they are all that is needed; the next ones are decoded
+/// while one is in use. Without padding the rings of charts are left out.
 /// Progress is called per view, and ten times a second within one, from any thread, but by one thread at a time; an
 /// exception from it ends the work. O(texels + pixels covered by charts with texels of many pixels).
 void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> partial, PhotoOrder order,

@@ -56,14 +56,4 @@ void each_fetched(const std::vector<Work>& work, PhotoOrder order, const Fetch& 
   }
 }
 
-/// Calls use(ViewPhoto, work[view]) as each_fetched() does, with the view's photo.
-template <typename Work, typename Use>
-void each_photo(const AtlasInput& input, const std::vector<Work>& work, PhotoOrder order, Use&& use) {
-  each_fetched(
-      work, order, [&input](ViewId id) { return input.photos.photo(id); },
-      [&](ViewId id, const std::shared_ptr<const Image>& photo, const Work& mine) {
-        use(ViewPhoto{id, input.scene.views[index(id)], *photo}, mine);
-      });
-}
-
 }  // namespace gpvc::atlas

@@ -69,8 +69,6 @@ class PageBaker {
       if (!group.kept) ++to_paint_;
     }
     build_.spilled_means.resize(build.pages.size());
-    if (spills() && !build.blending.empty() && options.coarse_bytes > 0 && !options.scratch_folder.empty())
-      build_.coarse.emplace(build.input.scene.views.size(), options.scratch_folder, options.coarse_bytes);
     if (!options_.take_page) result_.pages.resize(build.pages.size());
   }
 
@@ -135,7 +133,7 @@ class PageBaker {
                           all = charts == 0 ? 100 : (end - first) * 100 / charts;
         progress(100 * painted_ + in_group + all * done / std::max<std::size_t>(total, 1), 100 * to_paint_);
       };
-      const PhotoOrder order = passes_++ % 2 == 0 ? PhotoOrder::ascending : PhotoOrder::descending;
+      const PhotoOrder order = passes_++ % 2 == 0 ? PhotoOrder::descending : PhotoOrder::ascending;
       bake_photos(build_, first == 0 ? PlainCharts::bake : PlainCharts::skip, partial, order,
                   single || !progress ? progress : part);
       tbb::parallel_for(std::size_t{0}, partial.size(), [&](std::size_t i) { write_blended(partial[i], build_); });

@@ -47,17 +47,18 @@ SeamBlend::SeamBlend(const AtlasInput& input, const BlendWeights& weights, std::
   });
 }
 
-void SeamBlend::take(const ViewPhoto& photo, std::span<const SeamEdge> edges) {
-  const std::span<const std::uint32_t> mine = of_view_[index(photo.id)];
+void SeamBlend::take(ViewId id, const CoarsePhoto& photo, std::span<const SeamEdge> edges) {
+  const View& view = input_->scene.views[index(id)];
+  const std::span<const std::uint32_t> mine = of_view_[index(id)];
   tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t n) {
     const Part& part = parts_[mine[n]];
     const SeamEdge& edge = edges[part.edge];
     for (std::uint32_t i = 0; i < edge.samples; ++i) {
-      const CameraPoint c = camera_from_world(photo.view.pose, place_of(*input_, edge, i));
+      const CameraPoint c = camera_from_world(view.pose, place_of(*input_, edge, i));
       if (!(c.z > 0)) continue;
-      const auto q = photo_from_pixel(photo.view.camera, pixel_from_camera(photo.view.camera, c));
+      const auto q = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
       if (!q) continue;
-      const Color color = coarse_color(photo.image, *q);
+      const Color color = photo.at(*q);
       colors_[part.first + i] = {static_cast<std::uint16_t>(kColorUnit * color.r + 0.5f),
                                  static_cast<std::uint16_t>(kColorUnit * color.g + 0.5f),
                                  static_cast<std::uint16_t>(kColorUnit * color.b + 0.5f)};

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "atlas/baking/each_photo.h"
 #include "atlas/blending/blend_weights.h"
 #include "atlas/blending/coarse_photo.h"
 #include "atlas/leveling/seam_samples.h"
@@ -19,10 +18,10 @@ class SeamBlend {
   SeamBlend(const AtlasInput& input, const BlendWeights& weights, std::span<const SeamEdge> edges);
 
   bool empty() const { return parts_.empty(); }
-  /// True if the view's photo is needed.
+  /// True if the view's coarse photo is needed.
   bool needs(ViewId view) const { return !empty() && !of_view_[index(view)].empty(); }
   /// Takes what a view gives. TBB.
-  void take(const ViewPhoto& photo, std::span<const SeamEdge> edges);
+  void take(ViewId id, const CoarsePhoto& photo, std::span<const SeamEdge> edges);
   /// Adds to the samples' colours on both sides. \param exposure per view, or empty
   void add_to(SeamSamples& seams, std::span<const ViewExposure> exposure) const;
 

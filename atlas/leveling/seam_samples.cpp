@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "atlas/baking/each_photo.h"
+#include "atlas/blending/coarse_photo.h"
 #include "atlas/blending/seam_blend.h"
 #include "atlas/leveling/finished_texture.h"
 #include "io/vector.h"
@@ -40,7 +42,9 @@ std::optional<PixelPoint> project(const View& view, const WorldPoint& p) {
 ///
 /// The distance moved has a Rayleigh distribution. Its range is cut at 0.5, 1.5 and 2.5 deviations; each part but the first,
 /// where little changes, is represented by four places at 1, 2 and 3 deviations, those of the second in the diagonals.
-float expected_change2(const Image& photo, const PhotoPoint& q) {
+/// \param shown the colour at a place
+template <typename Shown>
+float expected_change2(const Shown& shown, const PhotoPoint& q) {
   struct Ring {
     double x, y;  ///< one of its places; the others are turned by 90 degrees
     float share;  ///< exp(-a^2 / 2) - exp(-b^2 / 2) for distances from a to b deviations
@@ -48,11 +52,11 @@ float expected_change2(const Image& photo, const PhotoPoint& q) {
   constexpr double kDeviation = kMisregistrationPx, kSqrt2 = 1.41421356237;
   constexpr std::array kRings{Ring{kDeviation, 0, 0.558f}, Ring{kSqrt2 * kDeviation, kSqrt2 * kDeviation, 0.281f},
                               Ring{3 * kDeviation, 0, 0.044f}};
-  const Color here = sample_bilinear(photo, q.x, q.y);
+  const Color here = shown(q);
   Color mean;
   for (const auto& [x, y, share] : kRings)
     for (const auto& [dx, dy] : {std::pair(x, y), std::pair(-y, x), std::pair(-x, -y), std::pair(y, -x)}) {
-      const Color d = sample_bilinear(photo, q.x + dx, q.y + dy) - here;
+      const Color d = shown({q.x + dx, q.y + dy}) - here;
       mean = mean + (share / 4) * Color{d.r * d.r, d.g * d.g, d.b * d.b};
     }
   return std::max({mean.r, mean.g, mean.b});
@@ -88,11 +92,14 @@ class Sampler {
           work[index(input_.labels[edge.faces[side]])].sides.emplace_back(&edge, side);
     if (blend != nullptr)
       for (std::uint32_t view = 0; view < work.size(); ++view) work[view].blends = blend->needs(ViewId{view});
-    each_photo(input_, work, PhotoOrder::descending, [&](const ViewPhoto& photo, const Work& mine) {
-      tbb::parallel_for(std::size_t{0}, mine.sides.size(),
-                        [&](std::size_t i) { sample_side(*mine.sides[i].first, mine.sides[i].second, photo); });
-      if (mine.blends) blend->take(photo, result_.edges);
-    });
+    const auto fetch = [this](ViewId id) { return input_.photos.coarse(id, nullptr); };
+    each_fetched(
+        work, PhotoOrder::ascending, fetch, [&](ViewId id, std::shared_ptr<const Image>& means, const Work& mine) {
+          const CoarsePhoto photo(std::move(means));
+          tbb::parallel_for(std::size_t{0}, mine.sides.size(),
+                            [&](std::size_t i) { sample_side(*mine.sides[i].first, mine.sides[i].second, id, photo); });
+          if (mine.blends) blend->take(id, photo, result_.edges);
+        });
     sample_finished();
     weigh();
     return std::move(result_);
@@ -106,22 +113,23 @@ class Sampler {
     bool empty() const { return sides.empty() && !blends; }
   };
 
-  void sample_side(const SeamEdge& edge, std::size_t side, const ViewPhoto& photo) {
+  void sample_side(const SeamEdge& edge, std::size_t side, ViewId id, const CoarsePhoto& photo) {
+    const View& view = input_.scene.views[index(id)];
     const FaceId face{edge.faces[side]};
     const bool partial = input_.tags[index(face)] == labeling::FaceTag::partial;
-    const visibility::FaceCoverage* seen = partial ? coverage_.find(face, photo.id) : nullptr;
+    const visibility::FaceCoverage* seen = partial ? coverage_.find(face, id) : nullptr;
     if (partial && !seen) return;
     const WorldPoint &a = input_.mesh.positions[edge.vertices[0]], &b = input_.mesh.positions[edge.vertices[1]];
     for (std::uint32_t i = 0; i < edge.samples; ++i) {
-      const auto p = project(photo.view, a + (i + 0.5) / edge.samples * (b - a));
+      const auto p = project(view, a + (i + 0.5) / edge.samples * (b - a));
       if (!p) continue;
       if (seen && !shows(*seen, *p)) continue;
-      const auto q = photo_from_pixel(photo.view.camera, *p);
-      if (!q || q->x < 0 || q->y < 0 || q->x > photo.image.width || q->y > photo.image.height) continue;
+      const auto q = photo_from_pixel(view.camera, *p);
+      if (!q || q->x < 0 || q->y < 0 || q->x > view.camera.width || q->y > view.camera.height) continue;
       const std::size_t at = edge.first_sample + i;
-      result_.colors[at][side] = sample_bilinear(photo.image, q->x, q->y);
+      result_.colors[at][side] = photo.at(*q);
       result_.frame[at][side] = *p;
-      change2_[side][at] = expected_change2(photo.image, *q);
+      change2_[side][at] = expected_change2([&](const PhotoPoint& at_q) { return photo.at(at_q); }, *q);
     }
   }
 
@@ -133,13 +141,14 @@ class Sampler {
         const std::uint32_t face = edge.faces[side];
         if (!is_finished(input_, face)) continue;
         const Image& page = finished_page(input_, face);
+        const auto shown = [&page](const PhotoPoint& q) { return sample_bilinear(page, q.x, q.y); };
         const TexelPoint a = finished_place(input_, face, edge.vertices[0]);
         const TexelPoint b = finished_place(input_, face, edge.vertices[1]);
         for (std::uint32_t i = 0; i < edge.samples; ++i) {
           const double t = (i + 0.5) / edge.samples;
           const PhotoPoint q{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)};
-          result_.colors[edge.first_sample + i][side] = sample_bilinear(page, q.x, q.y);
-          change2_[side][edge.first_sample + i] = expected_change2(page, q);
+          result_.colors[edge.first_sample + i][side] = shown(q);
+          change2_[side][edge.first_sample + i] = expected_change2(shown, q);
         }
       }
     });

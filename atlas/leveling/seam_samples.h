@@ -41,7 +41,8 @@ struct SeamSamples {
 /// Every edge between faces of different views, or between a finished face and a new one. O(pairs of faces).
 std::vector<SeamEdge> find_seams(const AtlasInput& input);
 
-/// Samples the edges that find_seams() finds. Fetches each photo at most once. A partial face is sampled only where its
+/// Samples the edges that find_seams() finds. Fetches coarse photos, each at most once: strips and offsets need no fine detail,
+/// and its noise would count as a difference. A partial face is sampled only where its
 /// coverage shows it, so that no occluder's colour enters. O(edges + samples).
 /// \param blend null, or made from the same edges: takes what it needs on the way
 SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, std::vector<SeamEdge> edges,

@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "app/checks/scene_fit.h"
+#include "app/results/output_folder.h"
 #include "io/mesh.h"
 #include "io/textured_model.h"
 #include "io/vector.h"
 #include "tests/app/photographed_city.h"
 #include "tests/support/errors.h"
+#include "tests/support/temporary_folder.h"
 
 namespace gpvc {
 namespace {
@@ -160,16 +162,15 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
   const std::size_t coarse = pixel_index(0, camera.height, camera.width) * 3 / 4;
   std::vector<std::size_t> fetched;
   for (const std::size_t coarse_bytes : {std::size_t{0}, 3 * coarse, 1000 * coarse}) {
-    const atlas::BakeOptions one_by_one{.take_model = {},
-                                        .take_page = take,
-                                        .page_bytes = 1,
-                                        .partial_bytes = 1,
-                                        .scratch_folder = testing::TempDir(),
-                                        .coarse_bytes = coarse_bytes};
+    io::CoarsePhotos with_coarse(photos, city_->scene, testing::TempDir(), coarse_bytes);
+    const atlas::AtlasInput of_these =
+        pipeline::atlas_input(input(), with_coarse, chosen.graph, chosen.seen, chosen.selection.labels);
+    const atlas::BakeOptions one_by_one{
+        .take_model = {}, .take_page = take, .page_bytes = 1, .partial_bytes = 1, .scratch_folder = testing::TempDir()};
     taken.assign(whole.pages.size(), {});
     last = 0;
     photos.fetched = 0;
-    const atlas::TextureAtlas pieces = atlas::bake_atlas(plan, from, forward, one_by_one);
+    const atlas::TextureAtlas pieces = atlas::bake_atlas(plan, of_these, forward, one_by_one);
     fetched.push_back(photos.fetched);
     EXPECT_TRUE(pieces.pages.empty());
     EXPECT_EQ(pieces.statistics.padded_texels, whole.statistics.padded_texels);
@@ -179,6 +180,18 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
   }
   EXPECT_GT(fetched[0], fetched[1]);
   EXPECT_GT(fetched[1], fetched[2]);
+}
+
+// Seams and blending make do with coarse photos, which are made when a view is looked at.
+TEST_F(Pipeline, PhotosAreFetchedToSeeAndToPaint) {
+  const test::TemporaryFolder folder;
+  CountedPhotos photos(photos_);
+  const pipeline::Settings settings;
+  results::OutputFolder out(folder.path() / "out");
+  const pipeline::TexturedFiles made = pipeline::texture_into({input(), settings, photos, silent_}, out);
+  EXPECT_GT(made.textured.atlas.statistics.blended_faces, 0u);
+  EXPECT_GT(made.textured.atlas.statistics.seam_edges, 0u);
+  EXPECT_LE(photos.fetched, 2 * city_->views.size());
 }
 
 TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {

@@ -295,16 +295,16 @@ TEST(EachPhoto, LetsGoOfPhotosThatAreDecodedAfterTheWorkWasStopped) {
   AtlasScene s;
   s.scene.views.resize(kViews);
   LateSource photos;
-  const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
   const std::vector<std::vector<int>> work(kViews, {1});
-  const auto use = [&](const ViewPhoto&, const std::vector<int>&) {
+  const auto fetch = [&](ViewId id) { return photos.photo(id); };
+  const auto use = [&](ViewId, const std::shared_ptr<const Image>&, const std::vector<int>&) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));  // time for other threads to begin
     if (photos.begun == 0) return;
     photos.stopped = true;
     throw Cancelled();
   };
   try {
-    each_photo(input, work, PhotoOrder::ascending, use);
+    each_fetched(work, PhotoOrder::ascending, fetch, use);
   } catch (const Cancelled&) {  // nowhere with a single thread
   }
   EXPECT_EQ(photos.image.use_count(), 1);

@@ -188,7 +188,8 @@ TEST(SeamLeveling, StepsThatNoGainExplainsAreSpreadAndBounded) {
   EXPECT_LT(global.step, 0.5 * none.step);
   EXPECT_LT(full.step, 1.5);
   EXPECT_LT(full.step, global.step);
-  EXPECT_LT(full.worst, 12 + 6 + 0.5);  // the stripe itself, half its step, and the rounding of texels
+  // The stripe itself, half its step, the rounding of texels, and the stripe's edge, which coarse photos blur by half a pixel.
+  EXPECT_LT(full.worst, 12 + 6 + 0.5 + 0.5);
 }
 
 /// The lowest sixth of the seam lies on the edge of a dark surface, which one photo shows 2 px to the right and the other 2 px
