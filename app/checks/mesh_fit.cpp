@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -249,15 +250,22 @@ SmallPhoto small_photo(const Image& photo) {
   Image& image = small.image;
   image.pixels.resize(pixel_index(0, image.height, image.width));
   const int area = 256 * factor * factor;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      int sum = area / 2;
-      for (int j = 0; j < factor; ++j) {
-        const std::uint8_t* in = photo.at(x * factor, y * factor + j);
-        for (int i = 0; i < factor; ++i, in += photo.channels) sum += 77 * in[0] + 150 * in[1] + 29 * in[2];
-      }
-      *image.at(x, y) = static_cast<std::uint8_t>(sum / area);
+  const auto channels = static_cast<std::size_t>(photo.channels);
+  std::vector<std::uint16_t> columns(static_cast<std::size_t>(image.width * factor) * channels);
+  for (int y = 0; y < image.height; ++y) {
+    std::ranges::fill(columns, std::uint16_t{0});
+    for (int j = 0; j < factor; ++j) {
+      const std::uint8_t* in = photo.at(0, y * factor + j);
+      for (std::size_t i = 0; i < columns.size(); ++i) columns[i] = static_cast<std::uint16_t>(columns[i] + in[i]);
     }
+    const std::uint16_t* in = columns.data();
+    for (int x = 0; x < image.width; ++x) {
+      std::array<int, 3> sum{};
+      for (int i = 0; i < factor; ++i, in += channels)
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += in[c];
+      *image.at(x, y) = static_cast<std::uint8_t>((77 * sum[0] + 150 * sum[1] + 29 * sum[2] + area / 2) / area);
+    }
+  }
   return small;
 }
 
@@ -285,18 +293,22 @@ std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const lab
   std::vector<std::uint8_t> usable(photos.size());
   for (std::size_t v = 0; v < photos.size(); ++v) usable[v] = photos[v].image.pixels.empty() ? 0 : 1;
   for (const ViewId view : left_out) usable[index(view)] = 0;
-  std::vector<Place> all;
+  // Steps of the golden ratio of the faces spread any number of them evenly. All faces are stepped on where step and number
+  // have no factor in common.
+  const std::size_t faces = candidates.faces();
+  std::size_t step = static_cast<std::size_t>(0.6180339887 * static_cast<double>(faces));
+  while (std::gcd(step, faces) > 1) ++step;
+  std::vector<Place> places;
   std::vector<std::uint32_t> views;
-  for (std::uint32_t f = 0; f < candidates.faces(); ++f) {
+  for (std::size_t n = 0, face = 0; n < faces && places.size() < kMost; ++n, face = (face + step) % faces) {
     views.clear();
-    for (const std::uint32_t view : candidates.views_of(f))
+    for (const std::uint32_t view : candidates.views_of(face))
       if (usable[view] != 0) views.push_back(view);
-    if (const auto place = seen_by_two(mesh, scene, f, views, kLeastCosine)) all.push_back(*place);
+    if (const auto place = seen_by_two(mesh, scene, static_cast<std::uint32_t>(face), views, kLeastCosine))
+      places.push_back(*place);
   }
-  std::vector<Place> some;
-  const std::size_t count = std::min(kMost, all.size());
-  for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
-  return some;
+  std::ranges::sort(places, {}, [](const Place& place) { return index(place.face); });
+  return places;
 }
 
 std::vector<Place> framed_places(const Mesh& mesh, const Scene& scene, std::span<const SmallPhoto> photos) {

@@ -45,7 +45,8 @@ struct Place {
 };
 
 /// At most 3072 faces with two of their candidate views that have a small photo, seen from directions apart by 3 to 30 degrees,
-/// the nearest of them. `left_out`: views not to be used. O(candidates).
+/// the nearest of them: the first such faces that are found in steps which spread over all of them, ascending. `left_out`: views not
+/// to be used. O(candidates) at most.
 std::vector<Place> choose_places(const Mesh& mesh, const Scene& scene, const labeling::CostTable& candidates,
                                  std::span<const SmallPhoto> photos, std::span<const ViewId> left_out);
 

@@ -171,9 +171,8 @@ std::vector<ViewAgreement> correlate(RecordsByView& by_view, const Grouped<std::
 
 }  // namespace
 
-std::vector<ViewAgreement> measure_agreement(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph) {
+std::vector<ViewAgreement> measure_agreement(RecordsByView& by_view, const Grouped<std::uint32_t>& neighbours) {
   if (by_view.empty()) return {};
-  const Grouped<std::uint32_t> neighbours = group_neighbours(faces, graph.edges);
   std::vector<std::uint8_t> left_out(std::size_t{by_view.rbegin()->first} + 1, 0);
   std::vector<ViewAgreement> result = correlate(by_view, neighbours, left_out);
   // Those that see little but what wrong views see are judged again without these.

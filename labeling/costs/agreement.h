@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "io/grouping.h"
 #include "labeling/costs/face_records.h"
 #include "labeling/labeling.h"
 
@@ -16,6 +17,7 @@ namespace gpvc::labeling {
 /// on shading, vignetting or how scenes are laid out. Chance is what the same view's steps give with the others' steps
 /// elsewhere on the mesh. Uses at most a million faces, and of them those that views see whole. Deterministic, TBB.
 /// O(records).
-std::vector<ViewAgreement> measure_agreement(RecordsByView& by_view, std::size_t faces, const FaceGraph& graph);
+/// \param neighbours of all faces, see group_neighbours()
+std::vector<ViewAgreement> measure_agreement(RecordsByView& by_view, const Grouped<std::uint32_t>& neighbours);
 
 }  // namespace gpvc::labeling

@@ -268,16 +268,15 @@ std::vector<double> photo_gains(RecordsByView& by_view, std::size_t faces) {
   return gains.log2();
 }
 
-void find_outliers(RecordsByView& by_view, std::span<const double> log2_gain, std::size_t faces, const FaceGraph& graph,
+void find_outliers(RecordsByView& by_view, std::span<const double> log2_gain, const Grouped<std::uint32_t>& neighbours,
                    std::span<const std::uint32_t> photo_of_view) {
   if (by_view.empty()) return;
   const PhotoGains gains(log2_gain, view_count(by_view));
-  for_each_chunk(by_view, faces, 1, [&](std::size_t, const Grouped<ViewRecord>& records) {
+  for_each_chunk(by_view, neighbours.groups(), 1, [&](std::size_t, const Grouped<ViewRecord>& records) {
     FaceScratch scratch;
     for (std::size_t face = 0; face < records.groups(); ++face)
       measure_disagreement(records[face], gains, photo_of_view, scratch);
   });
-  const Grouped<std::uint32_t> neighbours = group_neighbours(faces, graph.edges);
   std::vector<std::vector<FaceRecord>*> views;
   for (auto& [view, records] : by_view) views.push_back(&records);
   tbb::enumerable_thread_specific<Averager> averagers;

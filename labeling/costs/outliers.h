@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "io/grouping.h"
 #include "labeling/costs/face_records.h"
 #include "labeling/labeling.h"
 
@@ -24,7 +25,8 @@ std::vector<double> photo_gains(RecordsByView& by_view, std::size_t faces);
 /// threads. O(records).
 /// `log2_gain`: as photo_gains() gives it; views beyond its end have none.
 /// `photo_of_view`: per view the photo that it shows, of whose views the first has a vote; empty: each has one.
-void find_outliers(RecordsByView& by_view, std::span<const double> log2_gain, std::size_t faces, const FaceGraph& graph,
+/// `neighbours`: of all faces, see group_neighbours().
+void find_outliers(RecordsByView& by_view, std::span<const double> log2_gain, const Grouped<std::uint32_t>& neighbours,
                    std::span<const std::uint32_t> photo_of_view);
 
 }  // namespace gpvc::labeling

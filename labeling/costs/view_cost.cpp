@@ -207,6 +207,14 @@ struct CandidateCollector::State {
   std::optional<ViewScratch> scratch{std::in_place};      ///< empty after the last view
   std::optional<std::vector<ViewAgreement>> agreement{};  ///< once views are judged
   std::vector<std::uint32_t> photo_of_view{};             ///< or empty
+  std::optional<Grouped<std::uint32_t>> neighbours{};     ///< while views are judged
+
+  /// \param graph null: made here
+  const Grouped<std::uint32_t>& group(const FaceGraph* graph) {
+    if (neighbours) return *neighbours;
+    if (graph == nullptr) return neighbours.emplace(group_neighbours(mesh.faces.size(), face_graph(mesh).edges));
+    return neighbours.emplace(group_neighbours(mesh.faces.size(), graph->edges));
+  }
 };
 
 CandidateCollector::CandidateCollector(const Mesh& mesh, const CostOptions& options, std::vector<std::uint8_t> wanted)
@@ -254,30 +262,21 @@ void CandidateCollector::set_photos(std::vector<std::uint32_t> photo_of_view) {
   state_->photo_of_view = std::move(photo_of_view);
 }
 
-void CandidateCollector::judge(const FaceGraph* graph) {
-  std::optional<FaceGraph> made;
-  if (graph == nullptr) graph = &made.emplace(face_graph(state_->mesh));
-  judge_faces(judge_photos(graph), graph);
-}
+void CandidateCollector::judge(const FaceGraph* graph) { judge_faces(judge_photos(graph), graph); }
 
 PhotoJudgement CandidateCollector::judge_photos(const FaceGraph* graph) {
   RecordsByView& by_view = state_->by_view;
   state_->scratch.reset();
-  const std::size_t faces = state_->mesh.faces.size();
-  std::optional<FaceGraph> made;
-  if (graph == nullptr) graph = &made.emplace(face_graph(state_->mesh));
-  PhotoJudgement photos{measure_agreement(by_view, faces, *graph), {}};
+  PhotoJudgement photos{measure_agreement(by_view, state_->group(graph)), {}};
   leave_out(photos.agreement);
-  if (state_->options.outliers != Outliers::none) photos.log2_gain = photo_gains(by_view, faces);
+  if (state_->options.outliers != Outliers::none) photos.log2_gain = photo_gains(by_view, state_->mesh.faces.size());
   return photos;
 }
 
 void CandidateCollector::judge_faces(const PhotoJudgement& photos, const FaceGraph* graph) {
   leave_out(photos.agreement);
-  std::optional<FaceGraph> made;
-  if (graph == nullptr) graph = &made.emplace(face_graph(state_->mesh));
   if (state_->options.outliers != Outliers::none)
-    find_outliers(state_->by_view, photos.log2_gain, state_->mesh.faces.size(), *graph, state_->photo_of_view);
+    find_outliers(state_->by_view, photos.log2_gain, state_->group(graph), state_->photo_of_view);
   take_judgement(photos.agreement);
 }
 
@@ -289,6 +288,7 @@ void CandidateCollector::leave_out(std::span<const ViewAgreement> agreement) {
 
 void CandidateCollector::take_judgement(std::vector<ViewAgreement> agreement) {
   state_->scratch.reset();
+  state_->neighbours.reset();
   state_->agreement = std::move(agreement);
 }
 

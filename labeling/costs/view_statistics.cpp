@@ -11,6 +11,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "labeling/costs/photo_lookup.h"
 #include "labeling/costs/silhouettes.h"
@@ -78,17 +79,18 @@ struct PixelSums {
     return *this;
   }
 
-  /// Adds to a sum that several threads add to.
-  void add_to(PixelSums& total) const {
-    const auto add = [](auto& to, auto value) { std::atomic_ref(to).fetch_add(value, std::memory_order_relaxed); };
-    add(total.pixels, pixels);
-    if (margin != 0) add(total.margin, margin);
-    if (gradient != 0) add(total.gradient, gradient);
-    for (std::size_t c = 0; c < 3; ++c) add(total.color[c], color[c]);
+  /// Stores itself in a total that several threads may try to be the first to fill; false if another one was. \pre pixels > 0
+  bool fill(PixelSums& total) const {
+    std::uint32_t none = 0;
+    if (!std::atomic_ref(total.pixels).compare_exchange_strong(none, pixels, std::memory_order_relaxed)) return false;
+    total.margin = margin;
+    total.gradient = gradient;
+    total.color = color;
+    return true;
   }
 };
 
-/// The sums over a block of rows, which one thread collects, so that threads share memory once a face and block.
+/// The sums over a block of rows, which one thread collects. Most faces lie in one block.
 class BlockSums {
  public:
   void start(std::size_t slots) {
@@ -106,20 +108,26 @@ class BlockSums {
     return place_[slot];
   }
   PixelSums& sums(std::uint32_t place) { return sums_[place]; }
-  /// Adds everything to the totals.
-  void add_to(std::vector<PixelSums>& totals) {
+  /// Fills the totals of slots that no other block has filled, and keeps the sums of others for add_rest().
+  void fill(std::vector<PixelSums>& totals) {
     constexpr std::size_t kAhead = 8;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       if (i + kAhead < slots_.size()) __builtin_prefetch(&totals[slots_[i + kAhead]], 1);
-      if (sums_[i].pixels > 0) sums_[i].add_to(totals[slots_[i]]);
+      if (sums_[i].pixels > 0 && !sums_[i].fill(totals[slots_[i]])) rest_.emplace_back(slots_[i], sums_[i]);
       place_[slots_[i]] = kNoSlot;
     }
+  }
+  /// When all blocks of a view are done.
+  void add_rest(std::vector<PixelSums>& totals) {
+    for (const auto& [slot, sums] : rest_) totals[slot] += sums;
+    rest_.clear();
   }
 
  private:
   std::vector<std::uint32_t> place_;  ///< per slot, its place in sums_; kNoSlot between blocks
   std::vector<std::uint32_t> slots_;
   std::vector<PixelSums> sums_;
+  std::vector<std::pair<std::uint32_t, PixelSums>> rest_;
 };
 
 double length(const CameraPoint& a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
@@ -128,6 +136,7 @@ double length(const CameraPoint& a) { return std::sqrt(a.x * a.x + a.y * a.y + a
 struct FaceShape {
   InverseDepth plane;
   float area_px = 0;  ///< of the projection, unclipped by the image; 0 if a vertex lies far outside the image
+  float cosine = 0;   ///< of the angle between normal and line of sight to the centroid
 };
 
 /// True within the region that FaceCoverage::visible_share refers to. The projection of a face that ends close to the
@@ -149,10 +158,6 @@ double projected_area(const Camera& camera, const CameraTriangle& p) {
   return std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)) / 2;
 }
 
-FaceShape shape_of(const Camera& camera, const CameraTriangle& p) {
-  return {inverse_depth(camera, p), static_cast<float>(projected_area(camera, p))};
-}
-
 CameraPoint centroid_of(const CameraTriangle& p) {
   return {(p[0].x + p[1].x + p[2].x) / 3, (p[0].y + p[1].y + p[2].y) / 3, (p[0].z + p[1].z + p[2].z) / 3};
 }
@@ -165,17 +170,20 @@ float cos_angle(const CameraTriangle& p) {
   return static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
 }
 
+FaceShape shape_of(const Camera& camera, const CameraTriangle& p) {
+  return {inverse_depth(camera, p), static_cast<float>(projected_area(camera, p)), cos_angle(p)};
+}
+
 bool needs_gradient(DataTerm term) { return term == DataTerm::gmi || term == DataTerm::gmi_angle; }
 bool needs_angle(DataTerm term) { return term == DataTerm::area_angle || term == DataTerm::gmi_angle; }
 
 /// The data term: how good the view is for a face. Another term belongs here, in DataTerm and in kDataTermNames.
-double quality_of(DataTerm term, const FaceShape& shape, const CameraTriangle& corners, double visible_share,
-                  const PixelSums& sums) {
+double quality_of(DataTerm term, const FaceShape& shape, double visible_share, const PixelSums& sums) {
   const auto pixels = static_cast<double>(sums.pixels);
   double quality = shape.area_px > 0 ? static_cast<double>(shape.area_px) * visible_share : pixels;
   if (needs_gradient(term)) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
   if (needs_angle(term)) {
-    const auto cosine = static_cast<double>(cos_angle(corners));
+    const auto cosine = static_cast<double>(shape.cosine);
     quality *= cosine * cosine;
   }
   return quality;
@@ -226,8 +234,10 @@ class ViewPass {
 
   std::vector<FaceRecord> run(std::span<const std::uint8_t> wanted) {
     list_faces(wanted);
-    tbb::parallel_for(std::size_t{0}, of_.faces.size(),
-                      [&](std::size_t slot) { of_.shapes[slot] = shape_of(view_.camera, corners(of_.faces[slot])); });
+    tbb::parallel_for(std::size_t{0}, of_.faces.size(), [&](std::size_t slot) {
+      of_.shapes[slot] = shape_of(view_.camera, corners(of_.faces[slot]));
+      of_.sums[slot] = {};
+    });
     of_.strip.resize(strip_words_ * static_cast<std::size_t>(visibility_.ivm.height));
     if (wants_gradient()) gradient_magnitude(photo_, of_.gradient);
     add_rows();
@@ -245,7 +255,7 @@ class ViewPass {
       of_.slot_of_face[face] = listed ? static_cast<std::uint32_t>(of_.faces.size()) : kNoSlot;
       if (listed) of_.faces.push_back(face);
     }
-    of_.sums.assign(of_.faces.size(), {});
+    of_.sums.resize(of_.faces.size());
     of_.shapes.resize(of_.faces.size());
   }
 
@@ -275,8 +285,9 @@ class ViewPass {
       block.rows.start(silhouettes, range.begin(), range.end(),
                        [&](const auto& faces, const auto& found) { find_faces(block.sums, faces, found); });
       while (block.rows.next()) add_row(block);
-      block.sums.add_to(of_.sums);
+      block.sums.fill(of_.sums);
     });
+    for (ViewScratch::Block& block : of_.blocks) block.sums.add_rest(of_.sums);
   }
 
   /// Adds a row run by run: neighbouring pixels mostly show the same face.
@@ -392,14 +403,12 @@ class ViewPass {
   FaceRecord record(std::size_t slot, double visible_share) const {
     const std::uint32_t face = of_.faces[slot];
     PixelSums sums = of_.sums[slot];
-    CameraTriangle triangle{};
-    if (sums.pixels == 0 || needs_angle(options_.term)) triangle = corners(face);
-    if (sums.pixels == 0) sums = sums_at_centroid(triangle);
+    if (sums.pixels == 0) sums = sums_at_centroid(corners(face));
     FaceRecord result;
     result.face = face;
     result.visible = visible_share >= 1 ? kWholeShare : std::min<Share16>(share16(visible_share), kWholeShare - 1);
     if (sums.pixels == 0) return result;
-    result.quality = static_cast<float>(quality_of(options_.term, of_.shapes[slot], triangle, visible_share, sums));
+    result.quality = static_cast<float>(quality_of(options_.term, of_.shapes[slot], visible_share, sums));
     if (sums.margin != 0) result.margin = share16(static_cast<double>(sums.margin) / static_cast<double>(sums.pixels));
     for (std::size_t c = 0; c < 3; ++c)
       result.color[c] = static_cast<std::uint16_t>((sums.color[c] * 256 + sums.pixels / 2) / sums.pixels);

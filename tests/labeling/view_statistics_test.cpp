@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "labeling/costs/photo_lookup.h"
@@ -89,6 +90,32 @@ TEST(ViewStatistics, ProjectionsWithoutEndCountByTheirPixels) {
     const auto records = view_statistics(mesh, view, grey(100), visibility, options, scratch);
     ASSERT_EQ(records.size(), 1u);
     EXPECT_EQ(records[0].quality, 5.0F) << ahead;
+  }
+}
+
+// Rows are summed in blocks, by several threads.
+TEST(ViewStatistics, FacesInSeveralBlocksOfRowsAreSummedOnce) {
+  Mesh mesh;
+  add_rectangle(mesh, -1.5, -1.5, 1.5, 1.5, 8, 1);
+  View view = view_from(0);
+  view.camera.height = 1000;
+  visibility::ViewVisibility visibility;
+  visibility.classes.assign(2, visibility::FaceClass::full);
+  visibility.ivm = {kWidth, 1000, {}};
+  Image photo{kWidth, 1000, 3, {}};
+  std::array<std::uint64_t, 2> sum{}, pixels{};
+  for (int y = 0; y < photo.height; ++y)
+    for (int x = 0; x < photo.width; ++x) {
+      const std::uint32_t face = x < y / 20 ? 0 : 1;
+      visibility.ivm.faces.push_back(FaceId{face});
+      photo.pixels.insert(photo.pixels.end(), 3, static_cast<std::uint8_t>(y / 4));
+      sum[face] += static_cast<std::uint64_t>(y / 4);
+      ++pixels[face];
+    }
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    const auto records = view_statistics(mesh, view, photo, visibility, CostOptions{}, scratch);
+    ASSERT_EQ(records.size(), 2u);
+    for (std::size_t f = 0; f < 2; ++f) EXPECT_EQ(records[f].color[1], (sum[f] * 256 + pixels[f] / 2) / pixels[f]);
   }
 }
 
