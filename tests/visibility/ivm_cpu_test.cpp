@@ -6,13 +6,16 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <random>
 #include <set>
 
+#include "io/vector.h"
 #include "tests/visibility/visibility_check.h"
 #include "tests/visibility/visibility_scenes.h"
 #include "visibility/classify/classify.h"
+#include "visibility/native/face_hulls.h"
 #include "visibility/oracle.h"
 
 namespace gpvc::visibility {
@@ -24,7 +27,7 @@ class Drawn {
   Drawn(const Mesh& mesh, const View& view, const PhotoMask& mask) : mesh_(mesh), view_(view), mask_(mask) {
     project_vertices(mesh_, view_.camera, view_.pose, projected_);
     ivm.resize(static_cast<std::size_t>(view.camera.width) * static_cast<std::size_t>(view.camera.height));
-    CpuIvm().draw(prepared(ivm), {}, ivm, scan);
+    CpuIvm().draw(prepared(ivm), {}, {}, ivm, scan);
   }
   /// From what was drawn, which it uses up.
   ViewVisibility classify(const ClassifyOptions& options = {}) {
@@ -330,6 +333,45 @@ TEST(CpuIvm, NeitherTheOrderOfFacesNorThreadsMatter) {
     EXPECT_EQ(again.scan.counts.samples, usual.scan.counts.samples);
     EXPECT_EQ(again.scan.counts.contested_samples, usual.scan.counts.contested_samples);
   }
+}
+
+// Boxes of faces in and around the frame, and across the camera plane: only such as have no face that is not outside().
+TEST(FaceHulls, FacesOfABoxBesideTheFrameAreAllOutside) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> around(-60, 60), near_by(-1, 1);
+  Mesh mesh;
+  for (std::uint32_t box = 0; box < 3000; ++box) {
+    const WorldPoint middle{around(random), around(random), around(random)};
+    for (std::uint32_t f = 0; f < kFacesPerRectangle; ++f) {
+      const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+      for (int i = 0; i < 3; ++i)
+        mesh.positions.push_back(middle + WorldPoint{near_by(random), near_by(random), near_by(random)});
+      mesh.faces.push_back({first, first + 1, first + 2});
+    }
+  }
+  View view = scenes::view_of(130, 90, 100);
+  view.pose.centre = {1, 2, 3};
+  const double s = std::sqrt(0.5);
+  view.pose.rotation = {s, 0, -s, 0, 1, 0, s, 0, s};
+  ProjectedMesh projected;
+  project_vertices(mesh, view.camera, view.pose, projected);
+  const PhotoMask mask(view.camera);
+  const std::vector<FaceId> nothing;
+  const PreparedView prepared{mesh, view.camera, ViewId{}, mask, projected, nothing};
+  std::vector<std::uint8_t> beside;
+  FaceHulls(mesh).find_beside(view.camera, view.pose, beside);
+  ASSERT_EQ(beside.size(), 3000u);
+  std::size_t outside_boxes = 0, found = 0;
+  for (std::uint32_t box = 0; box < 3000; ++box) {
+    bool all = true;
+    for (std::uint32_t f = 0; f < kFacesPerRectangle; ++f)
+      all = all && outside(prepared.bounds(FaceId{box * std::uint32_t{kFacesPerRectangle} + f}), 130, 90);
+    EXPECT_TRUE(beside[box] == 0 || all) << box;
+    outside_boxes += all;
+    found += beside[box];
+  }
+  EXPECT_GT(static_cast<double>(found), 0.9 * static_cast<double>(outside_boxes));
+  EXPECT_LT(outside_boxes, 3000u);
 }
 
 TEST(CpuIvm, AViewBesideTheMeshIsEmpty) {

@@ -9,6 +9,7 @@ namespace gpvc::visibility {
 
 ViewSource::ViewSource(const Mesh& mesh, const SourceOptions& options) : mesh_(mesh), options_(options) {
   if (!options.native) renderer_.emplace(mesh, options.opengl);
+  if (options.native && options.ivm) hulls_ = FaceHulls(mesh);
 }
 
 PreparedView ViewSource::prepare(const View& view, ViewId id, const io::PhotoExclusion* excluded,
@@ -36,7 +37,8 @@ PreparedView ViewSource::prepare(const View& view, ViewId id, const io::PhotoExc
     scan_.start(mesh_.faces.size());
   } else {
     const auto drawing = Clock::now();
-    ivm_.draw(prepared, options_.doubled, result.ivm.faces, scan_);
+    hulls_.find_beside(camera, view.pose, beside_);
+    ivm_.draw(prepared, options_.doubled, beside_, result.ivm.faces, scan_);
     result.statistics.render_s = seconds_since(drawing);
   }
   return prepared;

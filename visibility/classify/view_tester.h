@@ -1,6 +1,7 @@
 // How VisibilityStage tests a view: ViewSource draws and projects it, then the method's ViewTester classifies the faces.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include "visibility/classify/classify.h"
 #include "visibility/device.h"
 #include "visibility/gl/ivm_gl.h"
+#include "visibility/native/face_hulls.h"
 #include "visibility/native/ivm_cpu.h"
 #include "visibility/raster/photo_mask.h"
 #include "visibility/raster/projection.h"
@@ -46,6 +48,8 @@ class ViewSource {
   const Mesh& mesh_;
   const SourceOptions options_;
   std::optional<IvmRenderer> renderer_;  ///< empty: native drawing
+  FaceHulls hulls_;
+  std::vector<std::uint8_t> beside_;  ///< per box of hulls_
   CpuIvm ivm_;
   FaceScan scan_;
   PhotoMask lens_mask_, mask_;

@@ -21,7 +21,7 @@ Ivm draw_item_buffer(const Mesh& mesh, const Camera& camera, const Pose& pose) {
   project_vertices(drawn, pinhole, pose, projected);
   const PhotoMask whole(pinhole);
   FaceScan scan;
-  CpuIvm().draw({drawn, pinhole, ViewId{}, whole, projected, ivm.faces}, repeats.doubled, ivm.faces, scan);
+  CpuIvm().draw({drawn, pinhole, ViewId{}, whole, projected, ivm.faces}, repeats.doubled, {}, ivm.faces, scan);
   return ivm;
 }
 

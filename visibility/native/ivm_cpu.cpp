@@ -43,18 +43,19 @@ FaceCode code_of(std::uint8_t marks) {
 
 }  // namespace
 
-void CpuIvm::draw(const PreparedView& view, std::span<const std::uint8_t> doubled, std::span<FaceId> ivm,
-                  FaceScan& scan) {
+void CpuIvm::draw(const PreparedView& view, std::span<const std::uint8_t> doubled, std::span<const std::uint8_t> beside,
+                  std::span<FaceId> ivm, FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
   grid_ = TileGrid(view.frame(), IvmTile::kShift);
   drawn_.start(faces);
   scan.start(faces);
-  list_faces(view, doubled, scan);
+  list_faces(view, doubled, beside, scan);
   draw_tiles(view, ivm, scan);
   derive_face_codes(scan);
 }
 
-void CpuIvm::list_faces(const PreparedView& view, std::span<const std::uint8_t> doubled, FaceScan& scan) {
+void CpuIvm::list_faces(const PreparedView& view, std::span<const std::uint8_t> doubled,
+                        std::span<const std::uint8_t> beside, FaceScan& scan) {
   const std::size_t faces = view.mesh.faces.size();
   const std::size_t rectangles = (faces + kFacesPerRectangle - 1) / kFacesPerRectangle;
   const std::size_t per_part = (rectangles + kListParts - 1) / kListParts;
@@ -67,11 +68,12 @@ void CpuIvm::list_faces(const PreparedView& view, std::span<const std::uint8_t> 
     unlisted.clear();
     for (std::size_t r = part * per_part; r < std::min((part + 1) * per_part, rectangles); ++r) {
       FaceBounds touched;
-      for (std::size_t f = r * kFacesPerRectangle; f < std::min((r + 1) * kFacesPerRectangle, faces); ++f) {
+      const std::size_t first = r * kFacesPerRectangle, end = std::min(first + kFacesPerRectangle, faces);
+      for (std::size_t f = first; f < end; ++f) drawn_.marks[f] = 0;
+      for (std::size_t f = first; f < end; ++f) drawn_.samples[f] = 0;
+      for (std::size_t f = first; f < end && (beside.empty() || beside[r] == 0); ++f) {
         const FaceId face{static_cast<std::uint32_t>(f)};
         const FaceBounds bounds = view.bounds(face);
-        drawn_.marks[f] = 0;
-        drawn_.samples[f] = 0;
         if (outside(bounds, view.camera.width, view.camera.height)) continue;
         if (!doubled.empty() && doubled[f] != 0 && view.quick(face, bounds).facing() == Facing::back) continue;
         touched = united(touched, bounds);

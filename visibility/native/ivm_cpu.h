@@ -21,10 +21,13 @@ class CpuIvm {
   /// or its face is unsure; decide_unsure_exactly() decides both. O(vertices + faces + pixels that the faces cover + 64 x
   /// tiles), TBB; the same bits for any number of threads, except for claims that turn out to be wrong.
   /// \param doubled  Repeats::doubled of the mesh; faces of these that turn their back are left out
-  void draw(const PreparedView& view, std::span<const std::uint8_t> doubled, std::span<FaceId> ivm, FaceScan& scan);
+  /// \param beside  see FaceHulls::find_beside(); or empty
+  void draw(const PreparedView& view, std::span<const std::uint8_t> doubled, std::span<const std::uint8_t> beside,
+            std::span<FaceId> ivm, FaceScan& scan);
 
  private:
-  void list_faces(const PreparedView& view, std::span<const std::uint8_t> doubled, FaceScan& scan);
+  void list_faces(const PreparedView& view, std::span<const std::uint8_t> doubled, std::span<const std::uint8_t> beside,
+                  FaceScan& scan);
   std::uint8_t list_face(const PreparedView& view, FaceId face, const FaceBounds& bounds, TileLists::Part& lists,
                          std::vector<FaceId>& unlisted) const;
   void draw_tiles(const PreparedView& view, std::span<FaceId> ivm, FaceScan& scan);
