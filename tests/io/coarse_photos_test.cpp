@@ -10,7 +10,7 @@
 namespace gpvc::io {
 namespace {
 
-constexpr int kWidth = 9, kHeight = 6;
+constexpr int kRampWidth = 9, kRampHeight = 6;
 constexpr std::size_t kCoarseBytes = 3 * 4 * 3;
 
 /// Photos of a ramp each; counts how many are fetched.
@@ -18,8 +18,8 @@ class Ramps final : public PhotoSource {
  public:
   std::shared_ptr<const Image> photo(ViewId view) override {
     ++fetched;
-    Image image{kWidth, kHeight, 3, {}};
-    for (std::size_t i = 0; i < 3 * kWidth * kHeight; ++i)
+    Image image{kRampWidth, kRampHeight, 3, {}};
+    for (std::size_t i = 0; i < 3 * kRampWidth * kRampHeight; ++i)
       image.pixels.push_back(static_cast<std::uint8_t>(i + 50 * index(view)));
     return std::make_shared<const Image>(std::move(image));
   }
@@ -43,8 +43,8 @@ TEST(CoarsePhotos, AreMadeOfPhotosThatAreFetchedAndKept) {
   CoarsePhotos photos(ramps, scene, folder.path(), 2 * kCoarseBytes);
   for (const ViewId view : {ViewId{1}, ViewId{0}}) {
     const Image coarse = coarse_image(*photos.photo(view));
-    EXPECT_EQ(coarse.width, kWidth / kCoarsePixel);
-    EXPECT_EQ(coarse.height, kHeight / kCoarsePixel);
+    EXPECT_EQ(coarse.width, kRampWidth / kCoarsePixel);
+    EXPECT_EQ(coarse.height, kRampHeight / kCoarsePixel);
     const std::size_t fetched = ramps.fetched;
     EXPECT_EQ(photos.coarse(view, nullptr)->pixels, coarse.pixels);
     EXPECT_EQ(photos.coarse(view, nullptr)->width, coarse.width);
