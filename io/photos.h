@@ -156,6 +156,7 @@ class CoarsePhotos final : public PhotoSource {
   std::shared_ptr<const Image> coarse(ViewId view, const Image* photo) override;
   std::optional<WorkKey> key(ViewId view) override { return photos_.key(view); }
   void keep_at_most(std::size_t bytes) override { photos_.keep_at_most(bytes); }
+  PhotoDecodes decodes() const override { return photos_.decodes(); }
 
  private:
   struct Store;
