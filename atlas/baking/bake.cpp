@@ -344,25 +344,26 @@ struct FetchedPhoto {
   std::shared_ptr<const Image> coarse = nullptr;
 };
 
+/// Calls body(band of a field) for all of them, side by side.
+template <typename Fields, typename Body>
+void for_bands(Fields& fields, const Body& body) {
+  tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) {
+    tbb::parallel_for(std::size_t{0}, fields[i].bands(), [&](std::size_t band) { body(fields[i], band); });
+  });
+}
+
 /// Fields of the charts that are baked, and what each view adds to them.
 std::vector<BlendField> open_fields(const AtlasBuild& build, const std::vector<FaceBands>& bands,
                                     std::vector<ViewWork>& work) {
   std::vector<BlendField> fields;
   if (build.blending.empty()) return fields;
   for (std::uint32_t c = 0; c < bands.size(); ++c)
-    if (bands[c].groups() > 0) fields.emplace_back(build, c);
-  std::vector<PhotoUse> all;
+    if (bands[c].groups() > 0) fields.emplace_back(build, c, bands[c]);
+  for_bands(fields, [](BlendField& field, std::size_t band) { field.open(band); });
   for (BlendField& field : fields)
-    for (std::size_t b = 0; b < field.bands(); ++b) all.push_back({0, static_cast<int>(b), nullptr, &field});
-  std::vector<std::vector<std::uint32_t>> views(all.size());
-  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
-    const auto band = static_cast<std::size_t>(all[i].band);
-    all[i].field->open(band);
-    views[i] = all[i].field->views_of(band);
-  });
-  for (BlendField& field : fields) field.begin();
-  for (std::size_t i = 0; i < all.size(); ++i)
-    for (const std::uint32_t view : views[i]) work[view].push_back(all[i]);
+    for (std::size_t band = 0; band < field.bands(); ++band)
+      for (const std::uint32_t view : field.views_of(band))
+        work[view].push_back({0, static_cast<int>(band), nullptr, &field});
   return fields;
 }
 
@@ -419,11 +420,13 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
                   .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
           });
         });
-    const CoarsePhoto coarse(std::move(fetched.coarse));
-    for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, coarse); });
+    if (fetched.coarse) {
+      const CoarseRows coarse(*fetched.coarse);
+      for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, coarse, step); });
+    }
     if (progress) progress(++done, views);
   });
-  tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) { fields[i].apply(build); });
+  for_bands(fields, [&](const BlendField& field, std::size_t band) { field.apply(band, build); });
 }
 
 }  // namespace gpvc::atlas

@@ -1,8 +1,13 @@
 // A photo without its fine detail.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "atlas/baking/sampling.h"
 #include "io/image.h"
@@ -12,6 +17,11 @@
 namespace gpvc::atlas {
 
 using io::kCoarsePixel;
+
+/// Colours times kSumUnit, summed up as whole numbers, so that no order of the views changes them. Rounding is a 32nd of a
+/// grey level a view.
+using ColorSum = std::array<std::int16_t, 3>;
+inline constexpr float kSumUnit = 16;
 
 class CoarsePhoto {
  public:
@@ -23,6 +33,23 @@ class CoarsePhoto {
 
  private:
   std::shared_ptr<const Image> image_;
+};
+
+/// The same for rows of positions.
+class CoarseRows {
+ public:
+  /// \param means io::coarse_image() of a photo. O(pixels).
+  explicit CoarseRows(const Image& means);
+
+  /// Adds to sums[i] the colour at the photo's position first + i step times factor + i factor_step. \pre no sum leaves its
+  /// range: that of a view is at most a grey level times a gain of 2.5, and those of all views twice that
+  void add_row(const PhotoPoint& first, const PhotoPoint& step, const Color& factor, const Color& factor_step,
+               std::span<ColorSum> sums) const;
+
+ private:
+  int width_, height_;
+  /// Bytes r, g, b, 0 from the lowest, row-major; the last row and column twice, so that every pixel has neighbours there.
+  std::vector<std::uint32_t> pixels_;
 };
 
 }  // namespace gpvc::atlas

@@ -83,8 +83,8 @@ FaceBands face_bands(const Chart& chart, std::span<const TexelTriangle> corners)
   return group_items<std::uint32_t>(static_cast<std::size_t>(bands), [&](const auto& emit) {
     for (const auto face : chart.faces) {
       const TexelTriangle& t = corners[face];
-      const int low = band_of(std::min({t[0].y, t[1].y, t[2].y}) - 1.5);
-      const int high = band_of(std::max({t[0].y, t[1].y, t[2].y}) + 1.5);
+      const int low = band_of(std::min({t[0].y, t[1].y, t[2].y}) - kBandReach);
+      const int high = band_of(std::max({t[0].y, t[1].y, t[2].y}) + kBandReach);
       for (int b = low; b <= high; ++b) emit(static_cast<std::size_t>(b), face);
     }
   });

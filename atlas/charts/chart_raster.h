@@ -34,10 +34,14 @@ struct ChartRaster {
 /// that may reach into the box. O(texels + faces).
 ChartRaster rasterize(std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners, const CellBox& box);
 
-/// Faces of a chart, grouped by the bands of kBandRows rows that they or their rings reach.
-using FaceBands = Grouped<std::uint32_t>;
-
 inline constexpr int kBandRows = 64;
+
+/// Texels from a band within which faces matter to it. Their rings reach one; on a grid of cells of two (blending), a face
+/// reaches two, to the middle of a row of cells one beyond the band. One more is for rounding.
+inline constexpr double kBandReach = 4;
+
+/// Faces of a chart, grouped by the bands of kBandRows rows that are less than kBandReach away.
+using FaceBands = Grouped<std::uint32_t>;
 
 FaceBands face_bands(const Chart& chart, std::span<const TexelTriangle> corners);
 
