@@ -228,7 +228,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   // Some memory is lost between blocks that are in use: a promise needs a reserve.
   constexpr double kKeep = 0.93;
   // Pages that are baked together save decoding photos again for each of them.
-  constexpr double kModestPages = 256 * kMB, kModestPhotos = 256 * kMB;
+  constexpr double kModestPages = 256 * kMB, kModestPhotos = 100 * kMB;
   const double pages = std::min(all_pages, std::max(page, kModestPages) / kPagesShare);
   // So do photos, if all are kept, for which baking leaves half of what its pages do not take.
   const double all_photos = held::kPhotoPixel * work.pixels, photos = all_photos <= kModestPhotos ? all_photos : 0;
