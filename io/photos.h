@@ -53,7 +53,8 @@ class PhotoSource {
   virtual std::shared_ptr<const Image> photo(ViewId view) = 0;
   /// Pixels that must not be used, at the view's camera size; null when all may be. Throws InputError.
   virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
-  /// coarse_image() of the photo. `photo`: what photo() gives, where it is at hand; else null. Throws InputError.
+  /// The coarse_image() of the view's photo. Throws InputError.
+  /// \param photo what photo() gives for the view, if the caller holds it; null: the function fetches the photo itself
   virtual std::shared_ptr<const Image> coarse(ViewId view, const Image* photo);
   /// Stands for what photo() and exclusion() give for the view. nullopt: unknown, so that no result made from the view is
   /// kept for another run. Throws InputError.

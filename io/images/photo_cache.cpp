@@ -3,7 +3,6 @@
 #include <functional>
 #include <future>
 #include <list>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -90,21 +89,13 @@ Photo decode(const View& view, const std::shared_ptr<SpareMemory>& spare) {
           }};
 }
 
-/// Per view, the first view that shows the same: the views of a panorama and of a wide fisheye are made from one file.
-std::vector<std::size_t> first_of_same_photo(const Scene& scene) {
-  std::vector<std::size_t> first(scene.views.size());
-  std::map<std::filesystem::path, std::size_t> files;
-  for (std::size_t v = 0; v < first.size(); ++v) first[v] = files.emplace(scene.views[v].photo, v).first->second;
-  return first;
-}
-
 }  // namespace
 
 struct PhotoCache::State {
   State(const Scene& of, std::size_t limit, FileHashes* known)
       : scene(of),
         limit_bytes(limit),
-        shown_by(first_of_same_photo(of)),
+        shown_by(photo_of_view(of)),
         held(of.views.size()),
         hashes(known != nullptr ? *known : own_hashes) {}
 
@@ -116,7 +107,7 @@ struct PhotoCache::State {
 
   const Scene& scene;
   std::size_t limit_bytes;
-  std::vector<std::size_t> shown_by;  ///< per view, see first_of_same_photo
+  std::vector<std::uint32_t> shown_by;  ///< per view, see photo_of_view
   std::mutex mutex;
   std::vector<std::weak_ptr<const DecodedPhoto>> held;  ///< per view, what somebody may still hold of it
   std::unordered_set<std::size_t> decoded;

@@ -14,7 +14,7 @@
 // CHROMIUM names; a page that does not answer within `seconds` (60) is an error. Nothing outside this machine can be
 // reached: a page that needs the network has a problem.
 import { spawn } from 'node:child_process';
-import { createReadStream, existsSync, mkdtempSync, rmSync, statSync } from 'node:fs';
+import { createReadStream, existsSync, mkdtempSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { extname, join, normalize } from 'node:path';
@@ -151,6 +151,28 @@ function start(profile, width, height) {
     '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1', `--user-data-dir=${profile}`,
     `--window-size=${width},${height}`, 'about:blank'];
   return spawn(process.env.CHROMIUM ?? 'chromium', flags, { stdio: ['ignore', 'ignore', 'pipe', 'pipe', 'pipe'] });
+}
+
+export const insist = (truth, sentence) => {
+  if (!truth) throw new Error(sentence);
+};
+
+/// Insists that look(page, FILE) fails for each broken copy of a page of this HTML, which is written to COPY. Of a breakage the
+/// name, what stands in the page, and what takes its place.
+export async function insistOnBreakages(page, html, breakages, copy, look) {
+  for (const [what, whole, broken] of breakages) {
+    insist(html.includes(whole), `the page has no place to break: ${what}`);
+    writeFileSync(copy, html.replace(whole, () => broken));
+    const noticed = await look(page, copy).then(() => '', (error) => error.message);
+    insist(noticed !== '', `nothing was noticed of a page with ${what}`);
+    console.log(`${what}: ${noticed.split('\n')[0]}`);
+  }
+}
+
+/// Insists that the open page needs no scrolling sideways.
+export async function insistOnWidth(page, width) {
+  const wide = await page.evaluate('document.documentElement.scrollWidth');
+  insist(wide <= width, `at ${width} px the page is ${wide} px wide`);
 }
 
 export async function withPage({ folders = {}, width = 1280, height = 800, seconds = 60 }, work) {

@@ -3,14 +3,11 @@
 // and _how.png are what was seen.
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { withPage } from './browser.mjs';
+import { insist, withPage } from './browser.mjs';
 
 const [modules, folder, stem] = process.argv.slice(2);
 const kWidth = 960, kHeight = 640;
 
-const insist = (good, sentence) => {
-  if (!good) throw new Error(sentence);
-};
 const keep = async (page, name) => stem && writeFileSync(`${stem}_${name}.png`, await page.screenshot());
 const wait = async (page, condition) => {
   while (!(await page.evaluate(`Boolean(${condition})`))) await new Promise((resolve) => setTimeout(resolve, 200));

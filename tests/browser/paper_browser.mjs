@@ -6,15 +6,11 @@ import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-import { withPage } from './browser.mjs';
+import { insist, insistOnBreakages, insistOnWidth, withPage } from './browser.mjs';
 
 const [folder, scratch] = process.argv.slice(2).map((path) => resolve(path));
 mkdirSync(scratch, { recursive: true });
 const html = readFileSync(join(folder, 'index.html'), 'utf8');
-
-const insist = (truth, message) => {
-  if (!truth) throw new Error(message);
-};
 
 async function look(page, file) {
   page.problems.length = 0;
@@ -52,16 +48,8 @@ const kBreakages = [
 await withPage({ width: 1280, height: 900 }, async (page) => {
   await look(page, join(folder, 'index.html'));
   writeFileSync(join(scratch, 'paper.png'), await page.screenshot());
-  for (const [what, whole, broken] of kBreakages) {
-    insist(html.includes(whole), `the page has no place to break: ${what}`);
-    const copy = join(folder, 'broken.html');
-    writeFileSync(copy, html.replace(whole, () => broken));
-    const noticed = await look(page, copy).then(() => '', (error) => error.message);
-    insist(noticed !== '', `nothing was noticed of a page with ${what}`);
-    console.log(`${what}: ${noticed.split('\n')[0]}`);
-  }
+  await insistOnBreakages(page, html, kBreakages, join(folder, 'broken.html'), look);
   await page.command('Emulation.setDeviceMetricsOverride', { width: 360, height: 800, deviceScaleFactor: 1, mobile: false });
   await page.open(pathToFileURL(join(folder, 'index.html')).href);
-  const wide = await page.evaluate('document.documentElement.scrollWidth');
-  insist(wide <= 360, `at 360 px the page is ${wide} px wide`);
+  await insistOnWidth(page, 360);
 });

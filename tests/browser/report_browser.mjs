@@ -8,16 +8,12 @@ import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-import { withPage } from './browser.mjs';
+import { insist, insistOnBreakages, insistOnWidth, withPage } from './browser.mjs';
 
 const [folder, scratch, other] = process.argv.slice(2).map((path) => resolve(path));
 mkdirSync(scratch, { recursive: true });
 const report = JSON.parse(readFileSync(join(folder, 'report.json'), 'utf8'));
 const html = readFileSync(join(folder, 'report.html'), 'utf8');
-
-const insist = (truth, message) => {
-  if (!truth) throw new Error(message);
-};
 
 /// In the page: what each canvas shows, and how varied its pixels are.
 const kCanvases = `[...document.querySelectorAll('canvas')].map((canvas) => {
@@ -123,8 +119,7 @@ async function fits(page, file, width) {
   await page.command('Emulation.setDeviceMetricsOverride', { width, height: 800, deviceScaleFactor: 1, mobile: false });
   await page.open(pathToFileURL(file).href);
   await settled(page);
-  const wide = await page.evaluate('document.documentElement.scrollWidth');
-  insist(wide <= width, `at ${width} px the page is ${wide} px wide`);
+  await insistOnWidth(page, width);
 }
 
 const kBreakages = [
@@ -146,14 +141,7 @@ await withPage({ width: 1280, height: 900 }, async (page) => {
   const file = join(folder, 'report.html');
   await use(page, file);
   writeFileSync(join(scratch, 'report.png'), await page.screenshot({ whole: true }));
-  for (const [what, whole, broken] of kBreakages) {
-    insist(html.includes(whole), `the page has no place to break: ${what}`);
-    const copy = join(scratch, 'broken.html');
-    writeFileSync(copy, html.replace(whole, () => broken));
-    const noticed = await use(page, copy).then(() => '', (error) => error.message);
-    insist(noticed !== '', `nothing was noticed of a page with ${what}`);
-    console.log(`${what}: ${noticed.split('\n')[0]}`);
-  }
+  await insistOnBreakages(page, html, kBreakages, join(scratch, 'broken.html'), use);
   for (const width of [360, 1280, 2200]) await fits(page, file, width);
 });
 

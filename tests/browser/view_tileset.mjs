@@ -4,17 +4,13 @@
 import { existsSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { withPage } from './browser.mjs';
+import { insist, withPage } from './browser.mjs';
 
 const viewer = process.argv.includes('--cesium') ? 'cesium' : 'three';
 const [modules, folder, stem] = process.argv.slice(2).filter((argument) => argument !== '--cesium');
 const kWidth = 960, kHeight = 640, kFieldOfView = Math.PI / 3, kBackground = [70, 90, 110];
 // The error in pixels up to which both viewers show a tile instead of its children, unless they are told otherwise.
 const kTolerated = 16;
-
-const insist = (good, sentence) => {
-  if (!good) throw new Error(sentence);
-};
 
 const add = (a, b, scale = 1) => a.map((v, n) => v + scale * b[n]);
 const length = (v) => Math.hypot(...v);

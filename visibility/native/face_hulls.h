@@ -13,8 +13,8 @@ class FaceHulls {
   FaceHulls() = default;
   /// One box around each kFacesPerRectangle consecutive faces. O(faces), TBB.
   explicit FaceHulls(const Mesh& mesh);
-  /// Per box, 1 if all that is in it lies beside the frame or behind the
-  /// camera: then outside() holds for each of its faces. O(boxes).
+  /// Sets, for each box, 1 if all that is in it lies beside the frame or behind the camera: then outside() holds for each of its
+  /// faces. O(boxes).
   void find_beside(const Camera& camera, const Pose& pose, std::vector<std::uint8_t>& beside) const;
 
  private:
