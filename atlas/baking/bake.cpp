@@ -422,7 +422,8 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
         });
     if (fetched.coarse) {
       const CoarseRows coarse(*fetched.coarse);
-      for_each(true, [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, coarse, step); });
+      for_each(true,
+               [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, coarse, step); });
     }
     if (progress) progress(++done, views);
   });
