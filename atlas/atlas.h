@@ -189,9 +189,9 @@ std::vector<SeamRatio> seam_ratios(const AtlasInput& input);
 std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio> ratios,
                                        std::span<const std::size_t> faces);
 
-/// Bytes that a page takes at most for each of its texels while it is under construction: colour and state (4), and two more
-/// while it is finished, or 3 while photos are blended: 10 for each cell of 2 x 2 texels of its charts and their rings.
-inline constexpr std::size_t kPageBytesPerTexel = 7;
+/// Bytes that a page takes for each of its texels while it is under construction: colour and state (4), and a third of that more
+/// while it is finished, for coarser copies of it. While it is painted that third is free.
+inline constexpr double kPageBytesPerTexel = 16.0 / 3, kFinishedPart = 0.25;
 
 /// Photos that bake_atlas() holds at a time, beside those that the photo source keeps: one in use, and one for each of up to
 /// eight threads.
@@ -213,9 +213,9 @@ struct BakeOptions {
   std::function<void(std::size_t number, Image page)> take_page = {};
   /// Pages are baked in groups of at most so many bytes, one page at least.
   std::size_t page_bytes = std::numeric_limits<std::size_t>::max();
-  /// Charts of partial faces are baked in batches of at most so many bytes beside the pages, one chart at least. Each
-  /// batch fetches its photos again.
-  std::size_t partial_bytes = std::numeric_limits<std::size_t>::max();
+  /// Charts of partial faces are baked in batches of at most so many bytes, one chart at least, beside pages of 4 bytes a
+  /// texel. Each batch fetches its photos again. So are charts that are blended, whose batches fetch coarse colours.
+  std::size_t batch_bytes = std::numeric_limits<std::size_t>::max();
   /// Where pages are spilled, to a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
   /// the colours of later groups. Empty: such pages stay in memory.
   std::filesystem::path scratch_folder = {};
@@ -226,7 +226,7 @@ struct BakeOptions {
 /// Levels seams and bakes pages. For its seams a photo's coarse colours are fetched, at most once; for each group of pages the photo,
 /// or where it is only blended there its coarse colours, once.
 /// `input` is what the plan was made from. Throws what the photo source throws, and OutputError where pages cannot be spilled.
-/// Progress counts baked photos. It is called from any thread, but by one thread at a time, and also while a photo is
+/// Progress counts a hundred steps for each group of pages. It is called from any thread, but by one thread at a time, and also while a photo is
 /// being baked, so that an exception from it stops the work within a fraction of a second.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
                         const BakeOptions& options = {});

@@ -61,6 +61,8 @@ class PhotoSource {
   virtual std::optional<WorkKey> key(ViewId /*view*/) { return std::nullopt; }
   /// Bytes of photos that a source which keeps some for later may keep from now on.
   virtual void keep_at_most(std::size_t /*bytes*/) {}
+  /// Gives back memory that is held for the next photos alone.
+  virtual void free_buffers() {}
   /// So far, of a source that decodes files.
   virtual PhotoDecodes decodes() const { return {}; }
 };
@@ -88,6 +90,7 @@ class PhotoCache final : public PhotoSource {
   /// Of the bytes of the view's files.
   std::optional<WorkKey> key(ViewId view) override;
   void keep_at_most(std::size_t bytes) override;
+  void free_buffers() override;
   PhotoDecodes decodes() const override;
 
  private:
@@ -157,6 +160,7 @@ class CoarsePhotos final : public PhotoSource {
   std::shared_ptr<const Image> coarse(ViewId view, const Image* photo) override;
   std::optional<WorkKey> key(ViewId view) override { return photos_.key(view); }
   void keep_at_most(std::size_t bytes) override { photos_.keep_at_most(bytes); }
+  void free_buffers() override { photos_.free_buffers(); }
   PhotoDecodes decodes() const override { return photos_.decodes(); }
 
  private:

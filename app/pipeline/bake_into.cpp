@@ -56,22 +56,25 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
 
 // Shares the memory between pages, partial charts and photos.
 atlas::BakeOptions share_memory(const atlas::AtlasPlan& plan, const MemoryPlan& memory, const Run& run) {
-  constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
+  constexpr double kTexel = atlas::kPageBytesPerTexel;
   const double pages = kTexel * static_cast<double>(plan.estimate().page_texels);
   const double page = std::min(pages, kTexel * run.settings.atlas.page_size * run.settings.atlas.page_size);
   const MemoryPlan::Shares shares = memory.while_baking(pages, page);
   run.photos.keep_at_most(shares.photos);
-  return {.page_bytes = shares.pages, .partial_bytes = shares.partial};
+  return {.page_bytes = shares.pages, .batch_bytes = shares.batch};
 }
 
 }  // namespace
 
-io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely, const OutputFolder& folder) {
+io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely,
+                                    const std::filesystem::path& folder) {
   const atlas::AtlasOptions& options = run.settings.atlas;
   const bool needed = options.seams != atlas::SeamLeveling::none || options.blend != atlas::Blending::none;
   const double all = needed ? work.pixels * 3 / (io::kCoarsePixel * io::kCoarsePixel) : 0;
-  return {run.photos, run.input.scene, folder.in_making(),
-          static_cast<std::size_t>(std::clamp((folder.space() - likely) / 2, 0.0, all))};
+  std::error_code failed;
+  const std::filesystem::space_info space = std::filesystem::space(folder, failed);
+  const double room = failed ? 0 : (static_cast<double>(space.available) - likely) / 2;
+  return {run.photos, run.input.scene, folder, static_cast<std::size_t>(std::clamp(room, 0.0, all))};
 }
 
 atlas::AtlasPlan plan_and_note(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer) {

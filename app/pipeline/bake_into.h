@@ -21,7 +21,8 @@ struct BakeSpace {
 
 /// The run's photos with coarse ones beside them, where baking needs any: in the folder, in half of what a result of `likely` bytes
 /// leaves of its space.
-io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely, const OutputFolder& folder);
+io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely,
+                                    const std::filesystem::path& folder);
 
 /// One stage. Without a sink the atlas holds its pages.
 atlas::TextureAtlas bake_into(const Run& run, const atlas::AtlasInput& from, const MemoryPlan& memory,

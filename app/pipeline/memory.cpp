@@ -188,17 +188,17 @@ std::size_t MemoryPlan::photos_while_choosing() const {
 MemoryPlan::Shares MemoryPlan::while_baking(double all_pages, double page) const {
   const double room = std::max(0.0, limit - need.bake);
   const auto bytes = [](double size) { return static_cast<std::size_t>(size); };
+  const auto batch = [&](double pages) { return std::max(kLeastBatch, atlas::kFinishedPart * pages); };
   if (all_pages <= room) {
     const double half = (room - all_pages) / 2;
-    return {bytes(all_pages), bytes(kLeastBatch + half), bytes(half)};
+    return {bytes(all_pages), bytes(batch(all_pages) + half), bytes(half)};
   }
   const double some_pages = std::max(page, kPagesShare * room);
-  return {bytes(some_pages), bytes(kLeastBatch + std::max(0.0, room - some_pages)), 0};
+  return {bytes(some_pages), bytes(batch(some_pages) + std::max(0.0, room - some_pages)), 0};
 }
 
 double MemoryPlan::peak() const {
-  const double pages = static_cast<double>(atlas::kPageBytesPerTexel) * work.texels,
-               photos = held::kPhotoPixel * work.pixels;
+  const double pages = atlas::kPageBytesPerTexel * work.texels, photos = held::kPhotoPixel * work.pixels;
   // Needs are upper bounds, which a promise is made with: of these and of the limit, runs on ten scenes of different shape
   // took 0.76 to 1.04.
   constexpr double kTypical = 0.87;
@@ -214,7 +214,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   plan.need = need;
   plan.work = work;
   // At least one page is baked at a time.
-  constexpr auto kTexel = static_cast<double>(atlas::kPageBytesPerTexel);
+  constexpr double kTexel = atlas::kPageBytesPerTexel;
   const double all_pages = kTexel * work.texels;
   const double page = std::min(kTexel * settings.atlas.page_size * settings.atlas.page_size, all_pages);
   const double least = std::max({plan.need.see, plan.need.choose, plan.need.write, plan.need.bake + page});
@@ -228,8 +228,10 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   // Some memory is lost between blocks that are in use: a promise needs a reserve.
   constexpr double kKeep = 0.93;
   // Pages that are baked together save decoding photos again for each of them.
-  constexpr double kModestPages = 256 * kMB, kModestPhotos = 100 * kMB;
-  const double pages = std::min(all_pages, std::max(page, kModestPages) / kPagesShare);
+  constexpr double kModestPages = 500 * kMB, kModestPhotos = 100 * kMB;
+  // They may turn out larger than predicted: large charts leave more of a page empty.
+  constexpr double kReserve = 1.3;
+  const double pages = std::min(kReserve * all_pages, std::max(page, kModestPages) / kPagesShare);
   // So do photos, if all are kept, for which baking leaves half of what its pages do not take.
   const double all_photos = held::kPhotoPixel * work.pixels, photos = all_photos <= kModestPhotos ? all_photos : 0;
   const double lean = std::max(

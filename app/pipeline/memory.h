@@ -58,9 +58,9 @@ struct MemoryPlan {
   /// Bytes of photos to keep for the next pass.
   std::size_t photos_while_seeing() const;
   std::size_t photos_while_choosing() const;
-  /// Shares while baking: of pages and partial charts that are baked together, see atlas::BakeOptions, and of photos.
+  /// Shares while baking: of pages and charts that are baked together, see atlas::BakeOptions, and of photos.
   struct Shares {
-    std::size_t pages = 0, partial = 0, photos = 0;
+    std::size_t pages = 0, batch = 0, photos = 0;
   };
   /// \param all_pages bytes of all pages
   /// \param page bytes of the largest one

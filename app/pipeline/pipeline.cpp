@@ -77,7 +77,7 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputF
   note_memory(memory, given.observer);
   FileSizes sizes = predicted_sizes(given.input, given.settings, memory.work.texels);
   if (given.settings.editable) sizes.likely += edit_bytes(memory.work);
-  io::CoarsePhotos with_coarse = with_coarse_photos(given, memory.work, sizes.likely, folder);
+  io::CoarsePhotos with_coarse = with_coarse_photos(given, memory.work, sizes.likely, folder.in_making());
   Run run{given.input, given.settings, with_coarse, given.observer, given.kept};
   const auto& [input, settings, photos, observer, kept] = run;
   folder.expect_space(sizes.least, sizes.likely, observer);
@@ -131,9 +131,13 @@ TexturedMesh texture(Scene& scene, Mesh& mesh, const Settings& settings, io::Pho
   return texture({input, settings, photos, observer});
 }
 
-TexturedMesh texture(const Run& run) {
-  checks::validate(run.input);
-  const MemoryPlan memory = plan_memory(run.input, run.settings);
+TexturedMesh texture(const Run& given) {
+  checks::validate(given.input);
+  const MemoryPlan memory = plan_memory(given.input, given.settings);
+  std::error_code failed;
+  io::CoarsePhotos with_coarse =
+      with_coarse_photos(given, memory.work, 0, std::filesystem::temp_directory_path(failed));
+  const Run run{given.input, given.settings, with_coarse, given.observer, given.kept};
   Choice chosen = see_and_choose(run, memory);
   const atlas::AtlasInput from = atlas_input(run.input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
   atlas::TextureAtlas atlas = bake_into(run, from, memory, {}, nullptr);

@@ -43,7 +43,8 @@ struct TexturedMesh {
 /// Throws InputError, GpuError, MemoryError, and what photos and observer throw.
 TexturedMesh texture(Scene& scene, Mesh& mesh, const Settings& settings, io::PhotoSource& photos, Observer& observer);
 
-/// Textures an input that checks::prepare() accepts.
+/// Textures an input that checks::prepare() accepts. Coarse photos are kept in a file without a name, in the folder for temporary
+/// files.
 TexturedMesh texture(const Run& run);
 
 // --- the steps

@@ -207,7 +207,7 @@ class Remaking final : public PageSink {
     const atlas::FinishedTexture finished{earlier_.model.model, beside_, earlier_.model.reduction};
     const MemoryPlan memory = plan_memory(run_.input, run_.settings);
     const FileSizes sizes = predicted_sizes(run_.input, run_.settings, memory.work.texels);
-    io::CoarsePhotos photos = with_coarse_photos(run_, memory.work, sizes.likely, folder);
+    io::CoarsePhotos photos = with_coarse_photos(run_, memory.work, sizes.likely, folder.in_making());
     const atlas::AtlasInput from{
         run_.input.mesh,           run_.input.scene, photos,       earlier_.graph, labels,   earlier_.candidates.tags,
         earlier_.candidates.table, coverage,         change_.kept, exposure,       &finished};

@@ -78,7 +78,9 @@ void UnitRunner::bake(const Unit& unit) {
   pipeline::Settings settings = settings_;
   settings.atlas.texel_size = level.texel_size;
   const pipeline::MemoryPlan memory = pipeline::plan_baking(input, settings, tile.costs.coverage, unit.memory_bytes);
-  io::PhotoCache photos(scene, 0, &photos_.hashes());
+  io::PhotoCache decoded(scene, 0, &photos_.hashes());
+  io::CoarsePhotos photos =
+      pipeline::with_coarse_photos({input, settings, decoded, observer_}, memory.work, 0, folder_.unit(unit.name));
   // Levels above have no model.obj; their pages are in the GLB alone.
   const bool finest = unit.level == 0;
   const fs::path glb = glb_of(folder_, unit.level, unit.number);

@@ -101,7 +101,7 @@ class Estimates {
     const pipeline::Workload work = of_tile(t);
     // At least one page is baked at a time.
     const double page = std::min(tiles_[t].texels, std::pow(job_.settings.texture.atlas.page_size, 2));
-    unit.memory_bytes = pipeline::memory_need(work).bake + static_cast<double>(atlas::kPageBytesPerTexel) * page;
+    unit.memory_bytes = pipeline::memory_need(work).bake + atlas::kPageBytesPerTexel * page;
     unit.photo_bytes = 2 * kUsed * photo_files(t);
     unit.seconds = kStartS + million(2 * kUsed * decoded(work) + 0.45 * work.texels + 5.0 * work.faces);
     // On level 0 pages and geometry lie beside model.obj and in the GLB.

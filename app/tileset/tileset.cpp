@@ -97,8 +97,8 @@ class TilesetMaker {
     const pipeline::Input input{input_.scene, level.mesh, views_, input_.mesh_file};
     const pipeline::MemoryPlan memory = pipeline::plan_memory(input, settings);
     const pipeline::FileSizes sizes = pipeline::predicted_sizes(input, settings, memory.work.texels);
-    io::CoarsePhotos photos =
-        pipeline::with_coarse_photos({input, settings, run_.photos, observer_}, memory.work, sizes.likely, folder_);
+    io::CoarsePhotos photos = pipeline::with_coarse_photos({input, settings, run_.photos, observer_}, memory.work,
+                                                           sizes.likely, folder_.in_making());
     pipeline::Run run{input, settings, photos, observer_};
     // Each level takes a quarter of the one below: a third more together.
     if (level.number == 0) folder_.expect_space(sizes.least, sizes.likely * 4 / 3, observer_);

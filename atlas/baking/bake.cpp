@@ -1,14 +1,12 @@
 // Fills pages with colour from the photos, view by view.
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <memory>
 
 #include "atlas/baking/baking.h"
-#include "atlas/blending/blend_field.h"
-#include "io/clock.h"
+#include "atlas/baking/poll.h"
 
 namespace gpvc::atlas {
 
@@ -61,29 +59,6 @@ FrameBox clipped_texel(const Chart& chart, int x, int y, const FrameBox& limits)
                  down = clipped({low.y, high.y}, {limits.y0, limits.y1});
   return {across.low, down.low, across.high, down.high};
 }
-
-/// Calls progress, which may throw to stop the work, while a photo is being baked.
-class Poll {
- public:
-  Poll(const Progress& progress, std::size_t done, std::size_t total)
-      : progress_(progress), done_(done), total_(total) {}
-
-  /// From any thread.
-  void operator()() {
-    if (!progress_) return;
-    const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (!lock || Clock::now() < next_) return;
-    next_ = Clock::now() + kInterval;
-    progress_(done_, total_);
-  }
-
- private:
-  static constexpr std::chrono::milliseconds kInterval{100};
-  const Progress& progress_;
-  std::size_t done_, total_;
-  std::mutex mutex_;
-  Clock::time_point next_{};  ///< not before
-};
 
 /// Bakes rows of a plain chart.
 class BandBaker {
@@ -328,44 +303,12 @@ class BandBaker {
   OffsetPlane plane_;
 };
 
-/// What a view's photo is needed for: a band of a plain chart, a partial chart, or coarse colours of a band of a field.
+/// What a view's photo is needed for: a band of a plain chart, or a partial chart.
 struct PhotoUse {
   std::uint32_t chart = 0;
   int band = 0;
   PartialChart* partial = nullptr;
-  BlendField* field = nullptr;
 };
-
-using ViewWork = std::vector<PhotoUse>;
-
-/// What a pass needs of a photo: the photo, unless its coarse colours are all that is needed.
-struct FetchedPhoto {
-  std::shared_ptr<const Image> photo = nullptr;
-  std::shared_ptr<const Image> coarse = nullptr;
-};
-
-/// Calls body(band of a field) for all of them, side by side.
-template <typename Fields, typename Body>
-void for_bands(Fields& fields, const Body& body) {
-  tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) {
-    tbb::parallel_for(std::size_t{0}, fields[i].bands(), [&](std::size_t band) { body(fields[i], band); });
-  });
-}
-
-/// Fields of the charts that are baked, and what each view adds to them.
-std::vector<BlendField> open_fields(const AtlasBuild& build, const std::vector<FaceBands>& bands,
-                                    std::vector<ViewWork>& work) {
-  std::vector<BlendField> fields;
-  if (build.blending.empty()) return fields;
-  for (std::uint32_t c = 0; c < bands.size(); ++c)
-    if (bands[c].groups() > 0) fields.emplace_back(build, c, bands[c]);
-  for_bands(fields, [](BlendField& field, std::size_t band) { field.open(band); });
-  for (BlendField& field : fields)
-    for (std::size_t band = 0; band < field.bands(); ++band)
-      for (const std::uint32_t view : field.views_of(band))
-        work[view].push_back({0, static_cast<int>(band), nullptr, &field});
-  return fields;
-}
 
 }  // namespace
 
@@ -374,60 +317,34 @@ void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> p
   const ChartSet& set = build.set;
   std::vector<FaceBands> bands(set.charts.size());  // of plain charts
   tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t c) {
-    if (plain == PlainCharts::bake && set.charts[c].kind == ChartKind::plain &&
-        build.page_of(static_cast<std::uint32_t>(c)).is_open())
+    if (plain == PlainCharts::bake && is_open_and_plain(build, static_cast<std::uint32_t>(c)))
       bands[c] = face_bands(set.charts[c], set.corners);
   });
-  std::vector<ViewWork> work(build.input.scene.views.size());
+  std::vector<std::vector<PhotoUse>> work(build.input.scene.views.size());
   for (std::uint32_t c = 0; c < bands.size(); ++c)
     for (std::size_t b = 0; b < bands[c].groups(); ++b)
       work[index(set.charts[c].view)].push_back({c, static_cast<int>(b)});
   for (PartialChart& part : partial)
     for (const auto view : part.views) work[view].push_back({part.chart, 0, &part});
-  const std::vector<BlendField> fields = open_fields(build, bands, work);
-  const std::size_t views = work.size() - static_cast<std::size_t>(std::ranges::count(
-                                              work, true, [](const ViewWork& mine) { return mine.empty(); }));
+  const std::size_t views = count_wanted(work);
   std::size_t done = 0;
-  const auto blends = [](const PhotoUse& use) { return use.field != nullptr; };
-  const auto fetch = [&](ViewId id) {
-    io::PhotoSource& photos = build.input.photos;
-    return std::ranges::all_of(work[index(id)], blends) ? FetchedPhoto{.coarse = photos.coarse(id, nullptr)}
-                                                        : FetchedPhoto{.photo = photos.photo(id)};
-  };
-  each_fetched(work, order, fetch, [&](ViewId id, FetchedPhoto& fetched, const ViewWork& mine) {
-    const View& view = build.input.scene.views[index(id)];
-    const int step = lattice_step(view.camera);
-    Poll poll(progress, done, views);
-    const auto for_each = [&](bool of_fields, const auto& body) {
-      tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
-        if (blends(mine[i]) != of_fields) return;
-        poll();
-        body(mine[i]);
-      });
-    };
-    tbb::parallel_invoke(
-        [&] {
-          if (!fetched.coarse && std::ranges::any_of(mine, blends))
-            fetched.coarse = build.input.photos.coarse(id, fetched.photo.get());
-        },
-        [&] {
-          for_each(false, [&](const PhotoUse& use) {
-            const ViewPhoto photo{id, view, *fetched.photo};
-            if (use.partial)
-              take_view(*use.partial, build, photo);
-            else
-              BandBaker(build, photo, use.chart, poll)
-                  .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
-          });
-        });
-    if (fetched.coarse) {
-      const CoarseRows coarse(*fetched.coarse);
-      for_each(true,
-               [&](const PhotoUse& use) { use.field->add(static_cast<std::size_t>(use.band), id, coarse, step); });
-    }
-    if (progress) progress(++done, views);
-  });
-  for_bands(fields, [&](const BlendField& field, std::size_t band) { field.apply(band, build); });
+  const auto fetch = [&](ViewId id) { return build.input.photos.photo(id); };
+  each_fetched(work, order, fetch,
+               [&](ViewId id, std::shared_ptr<const Image>& image, const std::vector<PhotoUse>& mine) {
+                 const ViewPhoto photo{id, build.input.scene.views[index(id)], *image};
+                 const int step = lattice_step(photo.view.camera);
+                 Poll poll(progress, done, views);
+                 tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
+                   const PhotoUse& use = mine[i];
+                   poll();
+                   if (use.partial)
+                     take_view(*use.partial, build, photo);
+                   else
+                     BandBaker(build, photo, use.chart, poll)
+                         .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
+                 });
+                 if (progress) progress(++done, views);
+               });
 }
 
 }  // namespace gpvc::atlas

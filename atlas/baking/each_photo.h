@@ -31,6 +31,12 @@ inline std::size_t photos_ahead() {
 /// A photo source that keeps some photos has the last ones of the pass before: passes in turns make most of them.
 enum class PhotoOrder { ascending, descending };
 
+/// How many views have work.
+template <typename Work>
+std::size_t count_wanted(const std::vector<Work>& work) {
+  return static_cast<std::size_t>(std::ranges::count_if(work, [](const Work& mine) { return !mine.empty(); }));
+}
+
 /// Calls use(view, fetch(view), work[view]) for every view whose work is not empty, in order, on the calling thread. What is
 /// needed next is fetched on other threads.
 template <typename Work, typename Fetch, typename Use>

@@ -120,34 +120,41 @@ class PageBaker {
   }
 
   /// In one pass over the photos, or more where the partial charts do not fit in memory together. Plain charts are baked
-  /// in the first.
+  /// in the first, and blended after the last.
   void bake_charts(const PageGroup& group, const Progress& progress) {
     const std::size_t charts = group.partial.size();
+    const std::size_t photo_steps = build_.blending.empty() ? kSteps : kStepsBeforeBlending;
     std::size_t end = 0;
     do {
       const std::size_t first = end;
       std::vector<PartialChart> partial = next_batch(group.partial, end);
-      const bool single = to_paint_ == 1 && first == 0 && end == charts;
-      const Progress part = [&](std::size_t done, std::size_t total) {
-        const std::size_t in_group = charts == 0 ? 0 : first * 100 / charts,
-                          all = charts == 0 ? 100 : (end - first) * 100 / charts;
-        progress(100 * painted_ + in_group + all * done / std::max<std::size_t>(total, 1), 100 * to_paint_);
-      };
       const PhotoOrder order = passes_++ % 2 == 0 ? PhotoOrder::descending : PhotoOrder::ascending;
       bake_photos(build_, first == 0 ? PlainCharts::bake : PlainCharts::skip, partial, order,
-                  single || !progress ? progress : part);
+                  steps(progress, charts == 0 ? 0 : first * photo_steps / charts,
+                        charts == 0 ? photo_steps : (end - first) * photo_steps / charts));
       tbb::parallel_for(std::size_t{0}, partial.size(), [&](std::size_t i) { write_blended(partial[i], build_); });
       partial_.take_baked(partial);
       free_memory(partial);
-      if (!single) release_freed_memory();  // of many small blocks
+      if (end < charts || to_paint_ > 1) release_freed_memory();  // of many small blocks
     } while (end < charts);
+    build_.input.photos.free_buffers();
+    blend_charts(build_, options_.batch_bytes, steps(progress, photo_steps, kSteps - photo_steps));
     ++painted_;
   }
 
-  /// Chooses the sources of as many charts, from `end` on, as options.partial_bytes hold, one at least, and moves `end`.
+  /// Progress over a part of the steps of a group.
+  Progress steps(const Progress& progress, std::size_t first, std::size_t count) const {
+    if (!progress) return {};
+    return [&progress, before = kSteps * painted_ + first, count, all = kSteps * to_paint_](std::size_t done,
+                                                                                            std::size_t total) {
+      progress(before + count * done / std::max<std::size_t>(total, 1), all);
+    };
+  }
+
+  /// Chooses the sources of as many charts, from `end` on, as options.batch_bytes hold, one at least, and moves `end`.
   std::vector<PartialChart> next_batch(std::span<const std::uint32_t> charts, std::size_t& end) {
     std::vector<PartialChart> batch;
-    std::size_t left = options_.partial_bytes;
+    std::size_t left = options_.batch_bytes;
     while (end < charts.size()) {
       // What is kept of a chart is known when its sources are chosen. Some are chosen at a time.
       const std::size_t first = end;
@@ -156,7 +163,7 @@ class PageBaker {
         if (bytes > left && (end > first || !batch.empty())) break;
       }
       // Few charts at a time would not keep all threads busy.
-      if (!batch.empty() && (end == first || left < options_.partial_bytes / 8)) {
+      if (!batch.empty() && (end == first || left < options_.batch_bytes / 8)) {
         end = first;
         break;
       }
@@ -229,6 +236,8 @@ class PageBaker {
     else
       result_.pages[number] = page.close();
   }
+
+  static constexpr std::size_t kSteps = 100, kStepsBeforeBlending = 80;  ///< of a group's progress
 
   AtlasBuild& build_;
   const BakeOptions& options_;

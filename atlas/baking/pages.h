@@ -49,7 +49,7 @@ struct Page {
   Page(const PageSize& blocks, int edge);
   std::size_t texels() const { return pixel_index(0, image.height, image.width); }
   /// Bytes that an open page takes at most.
-  std::size_t bytes() const { return kPageBytesPerTexel * texels(); }
+  std::size_t bytes() const { return static_cast<std::size_t>(kPageBytesPerTexel * static_cast<double>(texels())); }
   bool is_open() const { return !state.empty(); }
   void open();
   /// Moves the texels to a file; reload() gets them back from the same place, which has room for 4 bytes a texel. Throws

@@ -79,25 +79,28 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
   const auto width = static_cast<std::uint32_t>(box.x1 - box.x0);
   StripOffsets strip(own ? build.correction.strip(part.chart) : nullptr, box);
   Page& page = build.page_of(part.chart);
-  for (const TexelShare& share : part.shares_of(photo.id)) {
-    const TexelSource& source = part.sources[share.source];
-    const int x = box.x0 + static_cast<int>(share.texel % width), y = box.y0 + static_cast<int>(share.texel / width);
-    auto color = sample(build, photo, source, x, y);
-    if (!color) {
-      part.known[share.texel] = false;
-      part.is_open = true;
-      continue;
-    }
-    // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
-    if (own)
-      *color = *color + build.correction.face_offset(source.face, build.set.corners[source.face], x + 0.5, y + 0.5) +
-               strip.at(x, y);
-    if (share.weight < PartialChart::kBlendSteps) {
-      Color& sum = part.blended_at(share.texel).color;
-      sum = sum + static_cast<float>(share.weight) / PartialChart::kBlendSteps * *color;
-    } else {
-      const auto texel = build.places[part.chart].texel(x, y);
-      page.put(texel.x, texel.y, *color, state_of(share.reach));
+  for (const TexelShares& shares : part.shares_of(photo.id)) {
+    const TexelSource& source = part.sources[shares.source];
+    const int y = box.y0 + static_cast<int>(shares.texel / width);
+    for (std::uint32_t number = shares.texel; number < shares.texel + shares.count; ++number) {
+      const int x = box.x0 + static_cast<int>(number % width);
+      auto color = sample(build, photo, source, x, y);
+      if (!color) {
+        part.known[number] = false;
+        part.is_open = true;
+        continue;
+      }
+      // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
+      if (own)
+        *color = *color + build.correction.face_offset(source.face, build.set.corners[source.face], x + 0.5, y + 0.5) +
+                 strip.at(x, y);
+      if (shares.weight < PartialChart::kBlendSteps) {
+        Color& sum = part.blended_at(number).color;
+        sum = sum + static_cast<float>(shares.weight) / PartialChart::kBlendSteps * *color;
+      } else {
+        const auto texel = build.places[part.chart].texel(x, y);
+        page.put(texel.x, texel.y, *color, state_of(shares.reach));
+      }
     }
   }
 }

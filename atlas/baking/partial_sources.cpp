@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "atlas/baking/pages.h"
@@ -247,7 +248,7 @@ class SourceChooser {
       if (choice_[i].second != kNone) part.blended.push_back({static_cast<std::uint32_t>(i), raster_.reach[i], {}});
     }
     keep_used_sources(part);
-    part.shares = group_items<TexelShare>(part.views.size(), [&](const auto& add) { add_shares(part, add); });
+    part.shares = group_items<TexelShares>(part.views.size(), [&](const auto& add) { add_shares(part, add); });
     return part;
   }
 
@@ -282,12 +283,23 @@ class SourceChooser {
 
   template <typename Add>
   void add_shares(const PartialChart& part, const Add& add) const {
+    std::vector<TexelShares> begun(part.views.size());
+    const auto width = static_cast<std::uint32_t>(raster_.width());
     for_shares(part, [&](std::size_t i, std::size_t source, std::uint8_t weight) {
       const auto view = static_cast<std::uint32_t>(part.sources[place_[source]].view);
-      const auto group = std::ranges::lower_bound(part.views, view) - part.views.begin();
-      add(static_cast<std::size_t>(group),
-          TexelShare{static_cast<std::uint32_t>(i), place_[source], weight, raster_.reach[i]});
+      const auto group = static_cast<std::size_t>(std::ranges::lower_bound(part.views, view) - part.views.begin());
+      TexelShares& last = begun[group];
+      TexelShares next{static_cast<std::uint32_t>(i), place_[source], weight, raster_.reach[i], 1};
+      const bool begins_block = next.texel % width % kStripRow == 0;
+      if (last.count > 0 && !begins_block && next.texel == last.texel + last.count && next.source == last.source &&
+          next.weight == last.weight && next.reach == last.reach) {
+        ++last.count;
+        return;
+      }
+      if (last.count > 0) add(group, last);
+      last = next;
     });
+    for (std::size_t group = 0; group < begun.size(); ++group) add(group, begun[group]);
   }
 
   const AtlasInput& input_;
@@ -304,7 +316,7 @@ class SourceChooser {
 
 }  // namespace
 
-std::span<const TexelShare> PartialChart::shares_of(ViewId view) const {
+std::span<const TexelShares> PartialChart::shares_of(ViewId view) const {
   const auto found = std::ranges::lower_bound(views, static_cast<std::uint32_t>(view));
   if (found == views.end() || *found != static_cast<std::uint32_t>(view)) return {};
   return shares[static_cast<std::size_t>(found - views.begin())];
@@ -312,7 +324,7 @@ std::span<const TexelShare> PartialChart::shares_of(ViewId view) const {
 
 std::size_t PartialChart::bytes() const {
   return sizeof(PartialChart) + sources.capacity() * sizeof(TexelSource) + views.capacity() * sizeof(std::uint32_t) +
-         shares.items.capacity() * sizeof(TexelShare) + shares.first.capacity() * sizeof(std::size_t) +
+         shares.items.capacity() * sizeof(TexelShares) + shares.first.capacity() * sizeof(std::size_t) +
          blended.capacity() * sizeof(BlendedTexel) + known.capacity() / 8;
 }
 
@@ -340,9 +352,9 @@ std::vector<std::uint32_t> partial_charts(const ChartSet& set) {
 CellBox partial_box(const Chart& chart) { return {-1, -1, chart.width + 1, chart.height + 1}; }
 
 std::size_t choosing_bytes(const Chart& chart) {
-  // For each texel of the box a raster, a face and a choice, of 12 bytes together, and for most of them a share. For each
-  // face of the chart the sources of some eight views.
-  constexpr std::size_t kTexel = 12 + sizeof(TexelShare), kSources = 8 * sizeof(TexelSource);
+  // For each texel of the box a raster, a face and a choice, of 12 bytes together, and for few of them a share of its own. For
+  // each face of the chart the sources of some eight views.
+  constexpr std::size_t kTexel = 12 + sizeof(TexelShares) / 3, kSources = 8 * sizeof(TexelSource);
   const CellBox box = partial_box(chart);
   return kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
 }
@@ -362,11 +374,13 @@ PointOrigin origin_at(const PartialChart& part, const Chart& chart, const TexelP
   const auto texel = static_cast<std::uint32_t>(pixel_index(x - box.x0, y - box.y0, box.x1 - box.x0));
   PointOrigin origin;
   if (!part.known[texel]) return origin;
-  const auto order = [&](const TexelShare& share) { return block_order(share.texel, box); };
+  const auto order = [&](const TexelShares& share) { return block_order(share.texel, box); };
   for (std::size_t v = 0; v < part.views.size(); ++v) {
     const auto shares = part.shares[v];
-    const auto share = std::ranges::lower_bound(shares, block_order(texel, box), {}, order);
-    if (share == shares.end() || share->texel != texel) continue;
+    const auto after = std::ranges::upper_bound(shares, block_order(texel, box), {}, order);
+    if (after == shares.begin()) continue;
+    const auto share = std::prev(after);
+    if (texel < share->texel || texel - share->texel >= share->count) continue;
     const TexelSource& source = part.sources[share->source];
     // Behind the camera: outside the photo.
     const PixelPoint place = source.frame_from_texel(p.x, p.y).value_or(PixelPoint{-1, -1});

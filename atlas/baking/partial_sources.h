@@ -41,12 +41,13 @@ struct TexelSource {
 /// How well the source shows the place at (x, y) of its chart.
 Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, double x, double y);
 
-/// What a source gives to the colour of a texel.
-struct TexelShare {
-  std::uint32_t texel = 0;   ///< of the chart's partial_box(), row-major
+/// What a source gives to the colours of texels beside each other in a row.
+struct TexelShares {
+  std::uint32_t texel = 0;   ///< the first one; of the chart's partial_box(), row-major
   std::uint32_t source = 0;  ///< of PartialChart::sources
   std::uint8_t weight = 0;   ///< in steps of 1 / PartialChart::kBlendSteps; all of them: no other source gives anything
   TexelReach reach = TexelReach::outside;
+  std::uint8_t count = 0;  ///< of texels; they lie in one block
 };
 
 /// A texel with shares of two views.
@@ -64,13 +65,13 @@ struct PartialChart {
   std::uint32_t chart = 0;
   std::vector<TexelSource> sources;   ///< those that give a texel something
   std::vector<std::uint32_t> views;   ///< that give it texels, ascending
-  Grouped<TexelShare> shares;         ///< by place in `views`; in blocks of kStripRow x kStripRow texels, row by row
+  Grouped<TexelShares> shares;        ///< by place in `views`; in blocks of kStripRow x kStripRow texels, row by row
   std::vector<BlendedTexel> blended;  ///< ascending by texel
   std::vector<bool> known;            ///< per texel of partial_box(): it has a colour, or will have it
   bool is_open = false;               ///< texels on the page have no colour
 
   /// Empty if the view gives it no texels.
-  std::span<const TexelShare> shares_of(ViewId view) const;
+  std::span<const TexelShares> shares_of(ViewId view) const;
   BlendedTexel& blended_at(std::uint32_t texel) {
     return *std::ranges::lower_bound(blended, texel, {}, &BlendedTexel::texel);
   }

@@ -1,5 +1,7 @@
 #include "atlas/blending/blend_field.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -40,8 +42,21 @@ void for_own_texels(const Page& page, const ChartPlace& place, std::uint32_t cha
 
 }  // namespace
 
-BlendField::BlendField(const AtlasBuild& build, std::uint32_t chart, const FaceBands& faces)
-    : build_(build), number_(chart), chart_(build.set.charts[chart]), faces_(faces), bands_(faces.groups()) {}
+std::size_t blend_bytes(const ChartSet& set, std::uint32_t chart) {
+  // Of a cell its sums and place; of a face its cells and numbers, and some three cells of its own along its edges.
+  constexpr double kCell = 10, kFace = 12 + 3 * kCell;
+  const Chart& c = set.charts[chart];
+  double twice_area = 0;
+  for (const std::uint32_t face : c.faces) {
+    const TexelTriangle& t = set.corners[face];
+    twice_area += std::abs((t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[2].x - t[0].x) * (t[1].y - t[0].y));
+  }
+  const double cells = twice_area / 2 / (kBlendStep * kBlendStep);
+  return static_cast<std::size_t>(kCell * cells + kFace * static_cast<double>(c.faces.size()));
+}
+
+BlendField::BlendField(const AtlasBuild& build, std::uint32_t chart)
+    : build_(build), number_(chart), chart_(build.set.charts[chart]) {}
 
 /// A row more than the band's texels lie in on both sides, between which they take colours, and columns likewise.
 CellBox BlendField::box_of(std::size_t band) const {
@@ -50,12 +65,18 @@ CellBox BlendField::box_of(std::size_t band) const {
           std::min(first + kCellRows + 1, chart_.height / kBlendStep + 2)};
 }
 
-void BlendField::open(std::size_t number) {
+void BlendField::open() {
+  faces_ = face_bands(chart_, build_.set.corners);
+  bands_.resize(faces_.groups());
+  tbb::parallel_for(std::size_t{0}, bands_.size(), [&](std::size_t band) { open_band(band); });
+}
+
+void BlendField::open_band(std::size_t number) {
   Band& band = bands_[number];
   std::vector<TexelTriangle> corners;
   std::vector<std::uint32_t> numbers;
   std::vector<std::uint8_t> shown(build_.input.scene.views.size(), 0);  // by view
-  for (const std::uint32_t face : faces_[number]) {
+  for (const std::uint32_t face : std::as_const(faces_)[number]) {
     bool any = false;
     for (const std::uint32_t vertex : build_.input.mesh.faces[face])
       for (const BlendView& item : build_.blending.at(vertex)) {
@@ -99,7 +120,11 @@ void BlendField::add(std::size_t number, ViewId id, const CoarseRows& coarse, in
   }
 }
 
-void BlendField::apply(std::size_t number, AtlasBuild& build) const {
+void BlendField::apply(AtlasBuild& build) const {
+  tbb::parallel_for(std::size_t{0}, bands_.size(), [&](std::size_t band) { apply_band(band, build); });
+}
+
+void BlendField::apply_band(std::size_t number, AtlasBuild& build) const {
   const Band& band = bands_[number];
   if (band.sums.empty()) return;
   // Red, green, blue and, where there is a sum, 1.

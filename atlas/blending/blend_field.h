@@ -13,21 +13,24 @@
 
 namespace gpvc::atlas {
 
+/// Bytes that a chart's sums take, about.
+std::size_t blend_bytes(const ChartSet& set, std::uint32_t chart);
+
 /// Sums for one chart, on a grid, of 10 bytes a cell; its bands can be worked on side by side.
 class BlendField {
  public:
-  /// Borrows the build and the chart's faces. No sums are kept yet.
-  BlendField(const AtlasBuild& build, std::uint32_t chart, const FaceBands& faces);
+  /// Borrows the build. No sums are kept yet.
+  BlendField(const AtlasBuild& build, std::uint32_t chart);
 
+  /// Finds the bands, and the cells and views of each. Before all that follows. TBB.
+  void open();
   std::size_t bands() const { return bands_.size(); }
-  /// Finds the cells and views of a band's faces. Before all that follows.
-  void open(std::size_t band);
   /// Views that add something to a band, in ascending order.
   std::span<const std::uint32_t> views_of(std::size_t band) const { return bands_[band].views; }
   /// Adds what a view gives to a band. \param coarse its photo \param step see lattice_step
   void add(std::size_t band, ViewId id, const CoarseRows& coarse, int step);
-  /// Adds the sums to the texels of a band on the chart's page. After all views.
-  void apply(std::size_t band, AtlasBuild& build) const;
+  /// Adds the sums to the texels on the chart's page. After all views. TBB.
+  void apply(AtlasBuild& build) const;
 
  private:
   struct Cell {
@@ -42,11 +45,13 @@ class BlendField {
   };
 
   CellBox box_of(std::size_t band) const;
+  void open_band(std::size_t band);
+  void apply_band(std::size_t band, AtlasBuild& build) const;
 
   const AtlasBuild& build_;
   std::uint32_t number_;
   const Chart& chart_;
-  const FaceBands& faces_;
+  FaceBands faces_;
   std::vector<Band> bands_;
 };
 

@@ -182,6 +182,8 @@ void PhotoCache::keep_at_most(std::size_t bytes) {
   state_->spare->free();
 }
 
+void PhotoCache::free_buffers() { state_->spare->free(); }
+
 PhotoDecodes PhotoCache::decodes() const {
   const std::lock_guard lock(state_->mutex);
   return {state_->decoded.size(), state_->decodes};

@@ -302,7 +302,7 @@ TEST_F(CheckpointTest, PagesGoOnFromTheOnesThatWerePainted) {
 
   io::WorkStore store(work_, results::kCheckpointHashes);
   const atlas::BakeOptions options{
-      .page_bytes = 1, .partial_bytes = 1, .scratch_folder = testing::TempDir(), .kept = {&store, {{1, 2}}}};
+      .page_bytes = 1, .batch_bytes = 1, .scratch_folder = testing::TempDir(), .kept = {&store, {{1, 2}}}};
   std::size_t before = 0;
   for (const double share : {0.3, 0.7, 2.0}) {
     const auto cut = [&](std::size_t done, std::size_t total) {

@@ -166,7 +166,7 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
     const atlas::AtlasInput of_these =
         pipeline::atlas_input(input(), with_coarse, chosen.graph, chosen.seen, chosen.selection.labels);
     const atlas::BakeOptions one_by_one{
-        .take_model = {}, .take_page = take, .page_bytes = 1, .partial_bytes = 1, .scratch_folder = testing::TempDir()};
+        .take_model = {}, .take_page = take, .page_bytes = 1, .batch_bytes = 1, .scratch_folder = testing::TempDir()};
     taken.assign(whole.pages.size(), {});
     last = 0;
     photos.fetched = 0;

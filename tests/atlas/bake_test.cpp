@@ -261,8 +261,7 @@ TEST(Bake, ProgressStopsTheWorkWithinAPhoto) {
   const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
   bool finished = false;
   const Progress stop = [&](std::size_t done, std::size_t total) {
-    EXPECT_EQ(total, 1u);
-    finished = finished || done == 1;
+    finished = finished || done == total;
     throw Cancelled();
   };
   EXPECT_THROW(build_atlas(input, AtlasOptions{}, stop), Cancelled);
