@@ -89,7 +89,7 @@ void Console::result(const std::string& text) {
 
 bool Console::results_were_lost() {
   const std::lock_guard lock(mutex_);
-  return lost_ && !(published_ && reader_ended_);
+  return lost_ && !reader_ended_;
 }
 
 void Console::note(const std::string& text) { say(spdlog::level::info, loudness_ != Loudness::quiet, text); }

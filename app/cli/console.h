@@ -47,10 +47,8 @@ class Console {
     kept_ = what;
   }
 
-  /// The command's files have their final names.
-  void note_published() { published_ = true; }
   /// True if standard output could not be written completely (a full disk behind a redirection). That a pipe's reader has
-  /// ended is no loss once files are published.
+  /// ended (`| head`) is no loss: it has what it wanted.
   bool results_were_lost();
 
   /// Progress of a stage. On a terminal a line that is overwritten; else a plain line every five seconds.
@@ -65,7 +63,7 @@ class Console {
   Loudness loudness_;
   bool terminal_ = false, status_shown_ = false;
   bool of_job_ = false;
-  bool published_ = false, lost_ = false, reader_ended_ = false;
+  bool lost_ = false, reader_ended_ = false;
   std::chrono::steady_clock::time_point last_status_;
   std::filesystem::path kept_in_;
   std::string kept_;

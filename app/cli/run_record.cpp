@@ -82,7 +82,6 @@ void run_command(const std::string& name, const CommandOptions& options, Console
       write_run_json(name, options.common, facts, record, folder);
     }
     folder.publish();
-    console.note_published();
   } catch (const OutputError& e) {
     throw Error(folder.with_final_names(e.what()), e.cures(), e.measures());
   }
