@@ -66,18 +66,21 @@ double share_on(const SurfaceCells& cells, std::span<const WorldPoint> points, c
   return static_cast<double>(on) / static_cast<double>(points.size());
 }
 
-// The best of the moves that differ from `from` by up to `reach` steps along each axis; of equally good ones the first.
-WorldPoint best_of(const SurfaceCells& cells, std::span<const WorldPoint> points, const WorldPoint& from, double step,
-                   int reach) {
-  const auto side = static_cast<std::size_t>(2 * reach + 1);
-  const auto move = [&](std::size_t n) {
-    const auto along = [&](std::size_t place) { return (static_cast<double>(place % side) - reach) * step; };
-    return from + WorldPoint{along(n), along(n / side), along(n / (side * side))};
-  };
-  std::vector<double> shares(side * side * side);
-  tbb::parallel_for(std::size_t{0}, shares.size(),
-                    [&](std::size_t n) { shares[n] = share_on(cells, points, move(n)); });
-  return move(static_cast<std::size_t>(std::ranges::max_element(shares) - shares.begin()));
+// The best of some moves; of equally good ones the first.
+WorldPoint best_of(const SurfaceCells& cells, std::span<const WorldPoint> points, std::span<const WorldPoint> moves) {
+  std::vector<double> shares(moves.size());
+  tbb::parallel_for(std::size_t{0}, moves.size(),
+                    [&](std::size_t n) { shares[n] = share_on(cells, points, moves[n]); });
+  return moves[static_cast<std::size_t>(std::ranges::max_element(shares) - shares.begin())];
+}
+
+// Those that differ from `from` by up to `reach` steps along each axis.
+std::vector<WorldPoint> moves_around(const WorldPoint& from, double step, int reach) {
+  std::vector<WorldPoint> moves;
+  for (int z = -reach; z <= reach; ++z)
+    for (int y = -reach; y <= reach; ++y)
+      for (int x = -reach; x <= reach; ++x) moves.push_back(from + WorldPoint{x * step, y * step, z * step});
+  return moves;
 }
 
 }  // namespace
@@ -92,13 +95,17 @@ std::optional<MeshShift> find_shift(const Mesh& mesh, std::span<const io::TiePoi
   const Box box = box_of(mesh);
   const double size = std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z});
   if (!(size > 0)) return std::nullopt;
-  // From moves of a fiftieth within a fifth, halved three times.
-  constexpr int kReach = 10, kHalvings = 3;
+  // From moves of a fiftieth within a fifth, halved three times. Heights above the geoid differ by up to 107 m from those
+  // above the ellipsoid, so heights alone may differ by twice the size of a small site.
+  constexpr int kReach = 10, kHeights = 100, kHalvings = 3;
   double step = size / 50;
-  WorldPoint by = best_of(SurfaceCells(mesh, box, step), sample, {}, step, kReach);
+  std::vector<WorldPoint> moves = moves_around({}, step, kReach);
+  for (int z = kReach + 1; z <= kHeights; ++z)
+    for (const double height : {-z * step, z * step}) moves.push_back({0, 0, height});
+  WorldPoint by = best_of(SurfaceCells(mesh, box, step), sample, moves);
   for (int halving = 0; halving < kHalvings; ++halving) {
     step /= 2;
-    by = best_of(SurfaceCells(mesh, box, step), sample, by, step, 2);
+    by = best_of(SurfaceCells(mesh, box, step), sample, moves_around(by, step, 2));
   }
   const SurfaceCells finest(mesh, box, step);
   const MeshShift shift{by, share_on(finest, sample, by), share_on(finest, sample, {})};

@@ -15,7 +15,7 @@ struct MeshShift {
   double share = 0, share_as_is = 0;  ///< of the points, that lie on the mesh with it and without
 };
 
-/// Searches moves of up to a fifth of the mesh's size along each axis. nullopt where no move brings half of the points onto the
+/// Searches moves of up to a fifth of the mesh's size along each axis, and of up to twice its size along z. nullopt where no move brings half of the points onto the
 /// mesh, and twice as many as lie on it as it is. O(faces + area / size^2 of the finest cells); TBB.
 std::optional<MeshShift> find_shift(const Mesh& mesh, std::span<const io::TiePoint> points);
 

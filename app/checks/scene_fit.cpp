@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -145,9 +146,13 @@ void report_outliers(const SceneCase& scene, results::Observer& observer) {
 std::string shift_explanation(const Input& input, std::span<const io::TiePoint> points) {
   const std::optional<MeshShift> shift = find_shift(input.mesh, points);
   if (!shift) return {};
+  const WorldPoint& by = shift->by;
   return fmt::format(
-      "moved by ({:.4g}, {:.4g}, {:.4g}), it would have {:.0f} % of the tie points on it instead of {:.0f} %",
-      shift->by.x, shift->by.y, shift->by.z, 100 * shift->share, 100 * shift->share_as_is);
+      "moved by ({:.4g}, {:.4g}, {:.4g}), it would have {:.0f} % of the tie points on it instead of {:.0f} %{}", by.x,
+      by.y, by.z, 100 * shift->share, 100 * shift->share_as_is,
+      std::hypot(by.x, by.y) < std::abs(by.z) / 10
+          ? " (are some heights above the geoid, the others above the ellipsoid?)"
+          : "");
 }
 
 // A mesh elsewhere must not be textured without a word either.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <future>
 
+#include "app/checks/frame_check.h"
 #include "io/images.h"
 #include "io/mesh.h"
 #include "io/photos.h"
