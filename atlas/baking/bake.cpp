@@ -312,16 +312,22 @@ struct PhotoUse {
 
 }  // namespace
 
-void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> partial, PhotoOrder order,
+std::vector<std::uint32_t> plain_charts_on(const AtlasBuild& build, const PageRange& pages) {
+  std::vector<std::uint32_t> charts;
+  for (std::uint32_t c = 0; c < build.set.placed; ++c)
+    if (build.set.charts[c].kind == ChartKind::plain && pages.has(build.places[c].page)) charts.push_back(c);
+  return charts;
+}
+
+void bake_photos(AtlasBuild& build, const PageRange& plain, std::span<PartialChart> partial, PhotoOrder order,
                  const Progress& progress) {
   const ChartSet& set = build.set;
-  std::vector<FaceBands> bands(set.charts.size());  // of plain charts
-  tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t c) {
-    if (plain == PlainCharts::bake && is_open_and_plain(build, static_cast<std::uint32_t>(c)))
-      bands[c] = face_bands(set.charts[c], set.corners);
-  });
+  const std::vector<std::uint32_t> charts = plain_charts_on(build, plain);
+  std::vector<FaceBands> bands(set.charts.size());  // of these
+  tbb::parallel_for(std::size_t{0}, charts.size(),
+                    [&](std::size_t i) { bands[charts[i]] = face_bands(set.charts[charts[i]], set.corners); });
   std::vector<std::vector<PhotoUse>> work(build.input.scene.views.size());
-  for (std::uint32_t c = 0; c < bands.size(); ++c)
+  for (const std::uint32_t c : charts)
     for (std::size_t b = 0; b < bands[c].groups(); ++b)
       work[index(set.charts[c].view)].push_back({c, static_cast<int>(b)});
   for (PartialChart& part : partial)

@@ -44,25 +44,27 @@ struct AtlasBuild {
   }
 };
 
-/// Of charts before those of the border.
-inline bool is_open_and_plain(const AtlasBuild& build, std::uint32_t chart) {
-  return build.set.charts[chart].kind == ChartKind::plain && build.page_of(chart).is_open();
-}
+/// Pages from `first` up to `end`.
+struct PageRange {
+  std::uint32_t first = 0, end = 0;
+  bool has(std::uint32_t page) const { return page >= first && page < end; }
+};
 
-enum class PlainCharts { bake, skip };
+/// The plain charts on these pages, ascending.
+std::vector<std::uint32_t> plain_charts_on(const AtlasBuild& build, const PageRange& pages);
 
-/// Copies or resamples every texel of the plain charts on open pages, and adds to partial charts what each view gives
+/// Copies or resamples every texel of the plain charts on some open pages, and adds to partial charts what each view gives
 /// them. Every photo is fetched once; the next ones are decoded while one is in use. Without padding the rings of charts are
 /// left out.
 /// Progress is called per view, and ten times a second within one, from any thread, but by one thread at a time; an
 /// exception from it ends the work. O(texels + pixels covered by charts with texels of many pixels).
-void bake_photos(AtlasBuild& build, PlainCharts plain, std::span<PartialChart> partial, PhotoOrder order,
+void bake_photos(AtlasBuild& build, const PageRange& plain, std::span<PartialChart> partial, PhotoOrder order,
                  const Progress& progress);
 
-/// Adds to the texels of the plain charts on open pages what other views give to their coarse colours (blending/). In batches of
+/// Adds to the texels of the plain charts on some open pages what other views give to their coarse colours (blending/). In batches of
 /// charts whose sums take about so many bytes, one chart at least, for each of which the coarse colours of its views are fetched.
 /// Progress as for bake_photos(). O(texels x views that show them).
-void blend_charts(AtlasBuild& build, std::size_t bytes, const Progress& progress);
+void blend_charts(AtlasBuild& build, const PageRange& pages, std::size_t bytes, const Progress& progress);
 
 /// Writes the texels that a view alone gives to a partial chart, and adds its part to those that it shares with another.
 /// \pre the chart's page is open

@@ -48,11 +48,9 @@ void blend_batch(AtlasBuild& build, std::span<const std::uint32_t> charts, const
 
 }  // namespace
 
-void blend_charts(AtlasBuild& build, std::size_t bytes, const Progress& progress) {
+void blend_charts(AtlasBuild& build, const PageRange& pages, std::size_t bytes, const Progress& progress) {
   if (build.blending.empty()) return;
-  std::vector<std::uint32_t> charts;
-  for (std::uint32_t c = 0; c < build.set.placed; ++c)
-    if (is_open_and_plain(build, c)) charts.push_back(c);
+  std::vector<std::uint32_t> charts = plain_charts_on(build, pages);
   // Charts of a view take colours from few others.
   std::ranges::stable_sort(charts, {}, [&](std::uint32_t c) { return index(build.set.charts[c].view); });
   for (std::size_t first = 0, end = 0; first < charts.size(); first = end) {

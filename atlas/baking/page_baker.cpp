@@ -20,8 +20,7 @@ namespace gpvc::atlas {
 namespace {
 
 /// Pages that are open together.
-struct PageGroup {
-  std::uint32_t first = 0, end = 0;
+struct PageGroup : PageRange {
   std::vector<std::uint32_t>
       partial;        ///< charts on them, those of a view beside each other: a part of them needs few photos
   bool kept = false;  ///< by another run
@@ -34,7 +33,7 @@ std::vector<PageGroup> page_groups(const std::vector<Page>& pages, const BakeOpt
   for (std::uint32_t p = 0; p < pages.size(); ++p) {
     const bool kept = has_page(options.kept, p);
     if (groups.empty() || pages[p].bytes() > left || groups.back().kept != kept) {
-      groups.push_back({p, p, {}, kept});
+      groups.push_back({{p, p}, {}, kept});
       left = std::max(options.page_bytes, pages[p].bytes());
     }
     left -= pages[p].bytes();
@@ -47,10 +46,7 @@ std::vector<PageGroup> page_groups(const std::vector<Page>& pages, const BakeOpt
 std::vector<std::uint32_t> partial_charts_on(const AtlasBuild& build, const PageGroup& group) {
   const ChartSet& set = build.set;
   std::vector<std::uint32_t> charts = partial_charts(set);
-  std::erase_if(charts, [&](std::uint32_t c) {
-    const std::uint32_t page = build.places[c].page;
-    return page < group.first || page >= group.end;
-  });
+  std::erase_if(charts, [&](std::uint32_t c) { return !group.has(build.places[c].page); });
   std::ranges::stable_sort(charts, {}, [&](std::uint32_t c) { return index(set.charts[c].view); });
   return charts;
 }
@@ -129,7 +125,8 @@ class PageBaker {
       const std::size_t first = end;
       std::vector<PartialChart> partial = next_batch(group.partial, end);
       const PhotoOrder order = passes_++ % 2 == 0 ? PhotoOrder::descending : PhotoOrder::ascending;
-      bake_photos(build_, first == 0 ? PlainCharts::bake : PlainCharts::skip, partial, order,
+      const PageRange plain = first == 0 ? PageRange{group.first, group.end} : PageRange{};
+      bake_photos(build_, plain, partial, order,
                   steps(progress, charts == 0 ? 0 : first * photo_steps / charts,
                         charts == 0 ? photo_steps : (end - first) * photo_steps / charts));
       tbb::parallel_for(std::size_t{0}, partial.size(), [&](std::size_t i) { write_blended(partial[i], build_); });
@@ -138,7 +135,7 @@ class PageBaker {
       if (end < charts || to_paint_ > 1) release_freed_memory();  // of many small blocks
     } while (end < charts);
     build_.input.photos.free_buffers();
-    blend_charts(build_, options_.batch_bytes, steps(progress, photo_steps, kSteps - photo_steps));
+    blend_charts(build_, group, options_.batch_bytes, steps(progress, photo_steps, kSteps - photo_steps));
     ++painted_;
   }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "io/wide_clones.h"
+
 namespace gpvc::atlas {
 
 namespace {
@@ -18,7 +20,7 @@ constexpr float kSoftening = 0.5f;
 
 /// The inner loops run over a row of texels, so that they become vector code without reordering any sum.
 template <std::size_t kTexels>
-std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
+[[gnu::always_inline]] inline std::array<Color, kTexels> weigh(std::span<const StripSample> near, double x, double y) {
   if (near.empty()) return {};
   using Row = std::array<float, kTexels>;
   Row px, red{}, green{}, blue{}, weights{}, nearest2;
@@ -164,7 +166,7 @@ void gather_strip(const ChartStrip* strip, const CellBox& box, std::vector<Strip
   if (!inside) near.clear();
 }
 
-std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y) {
+GPVC_WIDE_CLONES std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, double x, double y) {
   return weigh<kStripRow>(near, x, y);
 }
 

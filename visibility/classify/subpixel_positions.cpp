@@ -3,6 +3,7 @@
 #include <cstring>
 #include <limits>
 
+#include "io/wide_clones.h"
 #include "visibility/raster/wide.h"
 
 namespace gpvc::visibility {

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "io/wide_clones.h"
 #include "visibility/raster/exact.h"
 #include "visibility/raster/row_crossings.h"
 #include "visibility/raster/wide.h"

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "io/wide_clones.h"
 #include "visibility/classify/front_faces.h"
 #include "visibility/raster/tile_lists.h"
 #include "visibility/raster/wide.h"

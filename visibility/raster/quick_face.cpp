@@ -1,5 +1,6 @@
 #include "visibility/raster/quick_face.h"
 
+#include "io/wide_clones.h"
 #include "visibility/raster/wide.h"
 
 namespace gpvc::visibility {

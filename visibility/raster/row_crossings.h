@@ -1,5 +1,5 @@
 // Where the edges of a face cross rows, of pixels or of other cells, and two ways to read that: bounds over a range of
-// rows, and the runs of four rows of pixels. For sources that compile a function twice, see wide.h.
+// rows, and the runs of four rows of pixels. For sources that compile a function twice, see io/wide_clones.h.
 #pragma once
 
 #include <algorithm>
