@@ -213,8 +213,8 @@ struct BakeOptions {
   std::function<void(std::size_t number, Image page)> take_page = {};
   /// Pages are baked in groups of at most so many bytes, one page at least.
   std::size_t page_bytes = std::numeric_limits<std::size_t>::max();
-  /// Charts of partial faces are baked in batches of at most so many bytes, one chart at least, beside pages of 4 bytes a
-  /// texel. Each batch fetches its photos again. So are charts that are blended, whose batches fetch coarse colours.
+  /// Charts of partial faces are baked in batches of at most so many bytes, one chart at least, and each batch fetches its
+  /// photos again. Charts are blended in such batches, too, which fetch coarse colours. Pages take 4 bytes a texel meanwhile.
   std::size_t batch_bytes = std::numeric_limits<std::size_t>::max();
   /// Where pages are spilled, to a file without a name of at most 4 bytes a texel, while partial and unseen faces on them wait for
   /// the colours of later groups. Empty: such pages stay in memory.
@@ -223,11 +223,11 @@ struct BakeOptions {
   KeptPages kept = {};
 };
 
-/// Levels seams and bakes pages. For its seams a photo's coarse colours are fetched, at most once; for each group of pages the photo,
-/// or where it is only blended there its coarse colours, once.
+/// Levels seams and bakes pages. For its seams a photo's coarse colours are fetched, at most once; for each group of pages, and
+/// each of its batches, the photos that are shown there once, and the coarse colours of those that are blended there once.
 /// `input` is what the plan was made from. Throws what the photo source throws, and OutputError where pages cannot be spilled.
-/// Progress counts a hundred steps for each group of pages. It is called from any thread, but by one thread at a time, and also while a photo is
-/// being baked, so that an exception from it stops the work within a fraction of a second.
+/// Progress counts a hundred steps for each group of pages. It is called from any thread, but by one thread at a time, and also
+/// while a photo is in use, so that an exception from it stops the work within a fraction of a second.
 TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
                         const BakeOptions& options = {});
 
