@@ -56,6 +56,18 @@ bool are_one_cameras(const Scene& scene, std::span<const labeling::ViewAgreement
   });
 }
 
+std::string shift_explanation(const Input& input, std::span<const io::TiePoint> points) {
+  const std::optional<MeshShift> shift = find_shift(input.mesh, points);
+  if (!shift) return {};
+  const WorldPoint& by = shift->by;
+  return fmt::format(
+      "moved by ({:.4g}, {:.4g}, {:.4g}), it would have {:.0f} % of the tie points on it instead of {:.0f} %{}", by.x,
+      by.y, by.z, 100 * shift->share, 100 * shift->share_as_is,
+      std::hypot(by.x, by.y) < std::abs(by.z) / 10
+          ? " (are some heights above the geoid, the others above the ellipsoid?)"
+          : "");
+}
+
 // Wrong photos or poses must not become a texture without a word.
 void report_agreement(const SceneCase& scene, results::Observer& observer) {
   const Input& input = scene.input;
@@ -96,7 +108,8 @@ void report_agreement(const SceneCase& scene, results::Observer& observer) {
                             keep ? std::vector<Cure>{} : std::vector{Cure::keep_odd_views});
   }
   if (scene.tolerance.misfit) return observer.warning(found + "; mesh, poses and photos do not fit together");
-  const std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer);
+  std::string explanation = fitting_hypothesis(input, scene.evidence.previews, observer);
+  if (explanation.empty()) explanation = shift_explanation(input, scene.evidence.points);
   throw InputError(input.mesh_file, "",
                    found + "; mesh, poses and photos do not fit together: " +
                        (explanation.empty()
@@ -141,18 +154,6 @@ void report_outliers(const SceneCase& scene, results::Observer& observer) {
                   odd.size(), shares.size(), 100 * at_least, results::readable_list(names, 5),
                   clauses.empty() ? "were they taken on another day, or in other light?"
                                   : fmt::to_string(fmt::join(clauses, "; "))));
-}
-
-std::string shift_explanation(const Input& input, std::span<const io::TiePoint> points) {
-  const std::optional<MeshShift> shift = find_shift(input.mesh, points);
-  if (!shift) return {};
-  const WorldPoint& by = shift->by;
-  return fmt::format(
-      "moved by ({:.4g}, {:.4g}, {:.4g}), it would have {:.0f} % of the tie points on it instead of {:.0f} %{}", by.x,
-      by.y, by.z, 100 * shift->share, 100 * shift->share_as_is,
-      std::hypot(by.x, by.y) < std::abs(by.z) / 10
-          ? " (are some heights above the geoid, the others above the ellipsoid?)"
-          : "");
 }
 
 // A mesh elsewhere must not be textured without a word either.
