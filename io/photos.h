@@ -54,8 +54,7 @@ class PhotoSource {
   /// Pixels that must not be used, at the view's camera size; null when all may be. Throws InputError.
   virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
   /// The coarse_image() of the view's photo. Throws InputError.
-  /// \param photo what photo() gives for the view, if the caller holds it; null: the function fetches the photo itself
-  virtual std::shared_ptr<const Image> coarse(ViewId view, const Image* photo);
+  virtual std::shared_ptr<const Image> coarse(ViewId view);
   /// Stands for what photo() and exclusion() give for the view. nullopt: unknown, so that no result made from the view is
   /// kept for another run. Throws InputError.
   virtual std::optional<WorkKey> key(ViewId /*view*/) { return std::nullopt; }
@@ -157,7 +156,7 @@ class CoarsePhotos final : public PhotoSource {
   std::shared_ptr<const Image> photo(ViewId view) override;
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override { return photos_.exclusion(view); }
   /// Throws OutputError as well, where what was kept cannot be read.
-  std::shared_ptr<const Image> coarse(ViewId view, const Image* photo) override;
+  std::shared_ptr<const Image> coarse(ViewId view) override;
   std::optional<WorkKey> key(ViewId view) override { return photos_.key(view); }
   void keep_at_most(std::size_t bytes) override { photos_.keep_at_most(bytes); }
   void free_buffers() override { photos_.free_buffers(); }

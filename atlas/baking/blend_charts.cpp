@@ -30,9 +30,7 @@ void blend_batch(AtlasBuild& build, std::span<const std::uint32_t> charts, const
       for (const std::uint32_t view : field.views_of(band)) work[view].push_back({&field, band});
   const std::size_t views = count_wanted(work);
   std::size_t done = 0;
-  const auto fetch = [&](ViewId id) {
-    return std::make_shared<const CoarseRows>(*build.input.photos.coarse(id, nullptr));
-  };
+  const auto fetch = [&](ViewId id) { return std::make_shared<const CoarseRows>(*build.input.photos.coarse(id)); };
   each_fetched(work, PhotoOrder::ascending, fetch,
                [&](ViewId id, std::shared_ptr<const CoarseRows>& coarse, const std::vector<BlendedBand>& mine) {
                  const int step = lattice_step(build.input.scene.views[index(id)].camera);

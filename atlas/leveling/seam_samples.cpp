@@ -92,7 +92,7 @@ class Sampler {
           work[index(input_.labels[edge.faces[side]])].sides.emplace_back(&edge, side);
     if (blend != nullptr)
       for (std::uint32_t view = 0; view < work.size(); ++view) work[view].blends = blend->needs(ViewId{view});
-    const auto fetch = [this](ViewId id) { return input_.photos.coarse(id, nullptr); };
+    const auto fetch = [this](ViewId id) { return input_.photos.coarse(id); };
     each_fetched(
         work, PhotoOrder::ascending, fetch, [&](ViewId id, std::shared_ptr<const Image>& means, const Work& mine) {
           const CoarsePhoto photo(std::move(means));

@@ -14,8 +14,8 @@ Image coarse_image(const Image& photo) {
   return reduce_image(photo, std::min({kCoarsePixel, photo.width, photo.height}));
 }
 
-std::shared_ptr<const Image> PhotoSource::coarse(ViewId view, const Image* photo) {
-  return std::make_shared<const Image>(coarse_image(photo != nullptr ? *photo : *this->photo(view)));
+std::shared_ptr<const Image> PhotoSource::coarse(ViewId view) {
+  return std::make_shared<const Image>(coarse_image(*photo(view)));
 }
 
 std::vector<std::uint32_t> photo_of_view(const Scene& scene) {
@@ -92,10 +92,10 @@ std::shared_ptr<const Image> CoarsePhotos::photo(ViewId view) {
   return photo;
 }
 
-std::shared_ptr<const Image> CoarsePhotos::coarse(ViewId view, const Image* photo) {
+std::shared_ptr<const Image> CoarsePhotos::coarse(ViewId view) {
   const std::optional<Store::Place> place = store_->find(view);
   if (!place) {
-    Image means = coarse_image(photo != nullptr ? *photo : *photos_.photo(view));
+    Image means = coarse_image(*photos_.photo(view));
     store_->keep(view, means);
     return std::make_shared<const Image>(std::move(means));
   }
