@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tidy.sh [FILE...]: clang-tidy on these sources, each compiled by itself, and for a header on one source that includes
-# it; without arguments on all sources of the program.
+# it; without arguments on all sources of the program, and those of tests and benchmarks are only compiled.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
@@ -21,4 +21,7 @@ for file in "$@"; do
 done
 if [ ${#sources[@]} -gt 0 ]; then
   run-clang-tidy -quiet -p build/alone -extra-arg=-Wno-unknown-warning-option "${sources[@]}" 2>/dev/null
+fi
+if [ $# = 0 ]; then
+  run-clang-tidy -quiet -p build/alone -checks='-*,clang-diagnostic-error' "$root/(tests|benchmarks)/" 2>/dev/null
 fi

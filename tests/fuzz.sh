@@ -9,10 +9,9 @@ shift || true
 "$root/app/setup/install_packages.sh" clang
 
 export build=$root/build/fuzz corpus=$root/tests/fuzz/corpus
-launcher=()
-command -v ccache >/dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+. "$root/tests/support/ccache.sh"
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" \
-  -DGPVC_FUZZ=ON -DCMAKE_UNITY_BUILD=ON "${launcher[@]}" >/dev/null
+  -DGPVC_FUZZ=ON -DCMAKE_UNITY_BUILD=ON -DGPVC_PRECOMPILED=ON "$with_ccache" >/dev/null
 cmake --build "$build" --target fuzz
 
 run_one() {

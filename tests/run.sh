@@ -54,11 +54,9 @@ for package in gltf-validator three 3d-tiles-renderer cesium; do
   fi
 done
 
-# ccache serves any folder that this tree lies in, and finds out what a source includes from the compiler, without a run of
-# the preprocessor. Precompiled headers need the sloppiness: ccache cannot see which macros they look at.
-export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1 CCACHE_DEPEND=1 CCACHE_SLOPPINESS=pch_defines,time_macros
+. "$root/tests/support/ccache.sh"
 cmake -S "$root" -B "$build" -G Ninja "${options[@]}" -DGPVC_TESTS=ON -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=ON -DGPVC_PRECOMPILED=ON \
-  "-DCMAKE_CXX_COMPILER_LAUNCHER=$(command -v ccache || true)" "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
+  "$with_ccache" "-DGPVC_NODE_MODULES=$node_modules" >/dev/null
 cmake --build "$build" --target "${targets[@]}"
 
 # Drivers keep memory until exit: leaks are looked for by running under valgrind by hand, not here.
