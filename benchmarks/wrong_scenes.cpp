@@ -232,7 +232,7 @@ int run(Arguments arguments) {
   table.add({"right", normal.ended, news(normal, {})});
   std::mt19937 random(7);
   std::size_t runs = 0, alarms = 0;
-  for (const std::size_t share : {2, 3, 4})
+  for (const std::size_t share : {2u, 3u, 4u})
     for (int n = 0; n < arguments.subsets; ++n) {
       const std::string without = random_rest(right.scene, share, random);
       const Outcome outcome = texture(arguments, files, without);

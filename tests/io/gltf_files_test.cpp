@@ -14,7 +14,6 @@ namespace {
 
 using test::contains;
 using test::StripModel;
-using test::TemporaryFolder;
 using test::write_glb;
 
 tinygltf::Model load(const std::filesystem::path& file) {

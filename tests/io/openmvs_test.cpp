@@ -8,7 +8,6 @@ using test::bytes_of;
 using test::contains;
 using test::expect_photo_point;
 using test::input_error;
-using test::view_named;
 
 std::string text_bytes(const std::string& text) { return bytes_of<std::uint64_t>(text.size()) + text; }
 
