@@ -18,28 +18,54 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
+/// Where a photo shows a point, beside where its camera does.
+struct Residual {
+  double x, y;         ///< of where the camera shows it, from the principal point
+  double right, down;  ///< from there to where the photo does
+};
+
 /// What the views of a camera show.
 struct Residuals {
   ViewId first{};
   std::size_t views = 0;
-  std::vector<double> right, down;
-  std::vector<double> growth;  ///< per pixel from the middle
+  std::vector<Residual> all;
 };
 
 constexpr double kLeastGrowth = 0.01;
 constexpr std::size_t kLeast = 50;
 
+/// Appends by how much `moved` grows with `place` between residuals half of all apart (Theil's incomplete method, 1950):
+/// whatever side of the photo most of them lie on, a shift common to all adds nothing.
+void add_slopes(std::vector<Residual>& residuals, double Residual::*place, double Residual::*moved, double least_apart,
+                std::vector<double>& slopes) {
+  std::ranges::sort(residuals, {}, place);
+  const std::size_t half = residuals.size() / 2;
+  for (std::size_t i = 0; i + half < residuals.size(); ++i) {
+    const Residual &a = residuals[i], &b = residuals[i + half];
+    if (const double apart = b.*place - a.*place; apart > least_apart) slopes.push_back((b.*moved - a.*moved) / apart);
+  }
+}
+
 std::optional<SightingShift> shift_of(Residuals& of, const View& view) {
-  if (of.right.size() < kLeast || of.growth.size() < kLeast) return {};
-  SightingShift found{of.first, of.views, median(of.right), median(of.down)};
-  const double growth = median(of.growth), shift = std::hypot(found.right, found.down);
+  std::vector<double> slopes;
+  add_slopes(of.all, &Residual::x, &Residual::right, view.camera.width / 8.0, slopes);
+  add_slopes(of.all, &Residual::y, &Residual::down, view.camera.height / 8.0, slopes);
+  if (of.all.size() < kLeast || slopes.size() < kLeast / 2) return {};
+  const double growth = median(slopes);
+  std::vector<double> right, down;
+  for (const Residual& each : of.all) {
+    right.push_back(each.right - growth * each.x);
+    down.push_back(each.down - growth * each.y);
+  }
+  SightingShift found{of.first, of.views, median(right), median(down)};
+  const double shift = std::hypot(found.right, found.down);
   if (std::abs(growth) <= kLeastGrowth) return shift * view.reduction >= 1 ? std::optional(found) : std::nullopt;
   // Cameras of photos of another size than the model states were scaled about the photo's corner, the points were not, which
   // moves those in the middle as well. Where the views of a camera differ among themselves, it is no mistake of the camera's.
   constexpr double kSteady = 0.25;
-  for (double& each : of.growth) each = std::abs(each - growth);
+  for (double& each : slopes) each = std::abs(each - growth);
   const double middle = std::min(view.camera.cx, view.camera.cy);
-  if (shift > kSteady * std::abs(growth) * middle || median(of.growth) > kSteady * std::abs(growth)) return {};
+  if (shift > kSteady * std::abs(growth) * middle || median(slopes) > kSteady * std::abs(growth)) return {};
   found.right = found.down = 0;
   found.growth = growth;
   return found;
@@ -62,10 +88,7 @@ std::vector<SightingShift> sighting_shifts(const Scene& scene, std::span<const i
     if (of.views == 0) of.first = sighting.view;
     if (last != sighting.view) ++of.views;
     last = sighting.view;
-    const double right = sighting.at.x - shown->x, down = sighting.at.y - shown->y;
-    of.right.push_back(right);
-    of.down.push_back(down);
-    if (const double x = shown->x - camera.cx; std::abs(x) > camera.width / 8.0) of.growth.push_back(right / x);
+    of.all.push_back({shown->x - camera.cx, shown->y - camera.cy, sighting.at.x - shown->x, sighting.at.y - shown->y});
   }
   std::vector<SightingShift> shifts;
   for (auto& [camera, residuals] : cameras)

@@ -22,15 +22,17 @@ class SightingShifts : public testing::Test {
       view.pose.centre = {0.5 * v, 0, -10};
     }
   }
-  // What views show where `move` takes the places at which their cameras show the points.
-  std::vector<SightingShift> shifts(const std::function<PhotoPoint(ViewId, const PhotoPoint&)>& move) const {
+  // What views show where `move` takes the places at which their cameras show the points, of those that are `kept`.
+  std::vector<SightingShift> shifts(
+      const std::function<PhotoPoint(ViewId, const PhotoPoint&)>& move,
+      const std::function<bool(const PhotoPoint&)>& kept = [](const PhotoPoint&) { return true; }) const {
     std::vector<io::Sighting> sightings;
     for (std::uint32_t v = 0; v < 3; ++v)
       for (int i = 0; i < 100; ++i) {
         const WorldPoint p{-4 + 0.8 * (i % 10), -3 + 0.6 * (i / 10), 0.1 * (i % 7)};
         const View& view = scene_.views[v];
         const auto at = photo_from_pixel(view.camera, pixel_from_camera(view.camera, camera_from_world(view.pose, p)));
-        sightings.push_back({ViewId{v}, move(ViewId{v}, *at), p});
+        if (kept(*at)) sightings.push_back({ViewId{v}, move(ViewId{v}, *at), p});
       }
     return sighting_shifts(scene_, sightings);
   }
@@ -77,6 +79,22 @@ TEST_F(SightingShifts, AWrongFocalLengthIsToldWithItsSize) {
   EXPECT_TRUE(contains(shift_text(scene_, found[0]),
                        "0.jpg and 1 more show their tie points 16.7 % nearer to the principal point than their camera "
                        "does: the focal length is 20 % too long"));
+}
+
+// As in oblique photos, which show most points below the middle, or beside a lake.
+TEST_F(SightingShifts, PointsOnOneSideOfThePhotoTellOfBoth) {
+  const auto below_right = [](const PhotoPoint& at) { return at.y > 120 && at.x > 160; };
+  const auto moved = shifts([](ViewId, const PhotoPoint& at) { return PhotoPoint{at.x - 6, at.y}; }, below_right);
+  ASSERT_EQ(moved.size(), 1u) << "the other camera's are too few";
+  EXPECT_EQ(moved[0].growth, 0);
+  EXPECT_NEAR(moved[0].right, -6, 1e-9);
+  const auto grown = shifts(
+      [](ViewId, const PhotoPoint& at) {
+        return PhotoPoint{200 + (at.x - 200) / 1.05, 150 + (at.y - 150) / 1.05};
+      },
+      below_right);
+  ASSERT_EQ(grown.size(), 1u);
+  EXPECT_NEAR(grown[0].growth, 1 / 1.05 - 1, 1e-9);
 }
 
 TEST_F(SightingShifts, PhotosOfAnotherSizeAreNoShift) {
