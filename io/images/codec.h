@@ -22,7 +22,7 @@ struct ImageHeader {
 ImageHeader read_header(const ImageBytes& image);
 
 /// Decodes the first `channels` of an image that read_header() knows. A JPEG's or PNG's have to be all of them, and a JPEG or
-/// 8-bit image does not become floats. Throws InputError unless the whole picture could be decoded.
+/// 8-bit image does not become floats. Throws InputError unless the whole picture could be decoded. \pre check_jpeg(image)
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, std::uint8_t* to);
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to);
 

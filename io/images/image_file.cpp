@@ -45,6 +45,7 @@ PhotoExclusion zeros_of_channel(const Image& image, int channel) {
 
 Image decode_rgb(const ImageBytes& bytes, const PixelRoom& room, PhotoExclusion* transparent = nullptr) {
   const ImageHeader header = read_header(bytes);
+  check_jpeg(bytes);  // before there is room for what it claims
   Image image = image_in(room, header.width, header.height, std::min(header.channels, 4));
   if (header.linear_light) {
     std::vector<float> light(image.pixels.size());

@@ -19,6 +19,7 @@ enum class Excludes { transparent, dark };
 template <typename Sample>
 MaskPixels excluded_samples(const ImageBytes& bytes, const ImageHeader& header, Excludes what, Sample white) {
   const auto channels = static_cast<std::size_t>(header.channels), width = static_cast<std::size_t>(header.width);
+  check_jpeg(bytes);  // before there is room for what it claims
   std::vector<Sample> samples(width * static_cast<std::size_t>(header.height) * channels);
   decode_samples(bytes, header, header.channels, samples.data());
   const std::size_t pixels = samples.size() / channels;
