@@ -6,15 +6,16 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 cmake -S . -B build/alone -G Ninja -DCMAKE_BUILD_TYPE=Release -DGPVC_TESTS=ON -DGPVC_BENCHMARKS=ON -DGPVC_WERROR=ON -DCMAKE_UNITY_BUILD=OFF -DGPVC_PRECOMPILED=OFF >/dev/null
 
+folders='(io|visibility|labeling|atlas|app|tests|benchmarks)/'
 sources=()
 if [ $# = 0 ]; then
-  sources=("$root/(io|visibility|labeling|atlas|app|tests|benchmarks)/")
+  sources=("$root/$folders")
 fi
 for file in "$@"; do
-  if [[ ! $file =~ ^(io|visibility|labeling|atlas|app|tests|benchmarks)/ ]] || [ ! -f "$file" ]; then continue; fi
+  if [[ ! $file =~ ^$folders ]] || [ ! -f "$file" ]; then continue; fi
   case $file in
     *.cpp) ;;
-    *.h) file=$(git grep -lF "#include \"$file\"" -- 'io/*.cpp' 'visibility/*.cpp' 'labeling/*.cpp' 'atlas/*.cpp' 'app/*.cpp' 'tests/*.cpp' 'benchmarks/*.cpp' | sed -n 1p || true) ;;
+    *.h) file=$(git grep -lF "#include \"$file\"" -- '*.cpp' | sed -n 1p || true) ;;
     *) continue ;;
   esac
   if [ -n "$file" ]; then sources+=("^$root/$file\$"); fi
