@@ -50,6 +50,7 @@ std::optional<SightingShift> shift_of(Residuals& of, const View& view) {
   std::vector<double> slopes;
   add_slopes(of.all, &Residual::x, &Residual::right, view.camera.width / 8.0, slopes);
   add_slopes(of.all, &Residual::y, &Residual::down, view.camera.height / 8.0, slopes);
+  // Points that lie close together do not tell a shift from growth.
   if (of.all.size() < kLeast || slopes.size() < kLeast / 2) return {};
   const double growth = median(slopes);
   std::vector<double> right, down;
