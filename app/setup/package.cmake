@@ -48,7 +48,11 @@ install(FILES app/setup/completion.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/
 install(DIRECTORY app/workflow DESTINATION ${CMAKE_INSTALL_DATADIR}/gpvc COMPONENT program)
 
 if(PROJECT_IS_TOP_LEVEL)
-  set(CPACK_GENERATOR DEB)
+  find_program(GPVC_SHLIBDEPS dpkg-shlibdeps DOC "Tells what a Debian package depends on; without it cpack makes an archive")
+  set(CPACK_GENERATOR TGZ)
+  if(GPVC_SHLIBDEPS)
+    set(CPACK_GENERATOR DEB)
+  endif()
   set(CPACK_PACKAGE_CONTACT "gpvc's maintainers")
   set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
