@@ -30,5 +30,5 @@ Done. Open one of these in any viewer:
   $result/model.obj
   $result/model.glb
   $result/preview.png
-Your own data: app/quickstart.sh SCENE MESH -o OUT   (SCENE: a COLMAP model; more: $gpvc texture --help)
+Your own data: app/quickstart.sh SCENE MESH -o OUT   (README.md says what SCENE is; more: $gpvc texture --help)
 EOT

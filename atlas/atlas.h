@@ -50,7 +50,7 @@ struct AtlasOptions {
   int padding = 8;
   SeamLeveling seams = SeamLeveling::full;
   Blending blend = Blending::coarse;
-  /// The cost from which on a candidate has no share in blending; below it, the share grows in proportion to what is left.
+  /// Views that cost this much or more have no share in blending; below it, the share grows linearly as the cost falls.
   /// By default twice the weight of the data term (labeling::CostOptions): a view of little quality has half the share of
   /// the best one, but one along silhouettes, or with a quarter of the best one's quality, has none.
   double blend_cost = 0.1;
@@ -92,7 +92,7 @@ struct ViewExposure {
   double k1 = 0, k2 = 0;                                   ///< equal for all views of a camera
 };
 GPVC_MEMBERS(ViewExposure, gain, centre_x, centre_y, inverse_radius2, k1, k2)
-/// True if it changes colours to colours.
+/// True if it makes a colour of every colour: all numbers are finite, the gains above 0, the radius no negative one.
 bool is_sound(const ViewExposure& exposure);
 
 struct TextureAtlas {
@@ -181,8 +181,8 @@ struct SeamRatio {
 };
 GPVC_MEMBERS(SeamRatio, views, logs, r2, weight)
 
-/// Those across seams whose lower face is none of the border, so that parts of a mesh that have each other's faces in their
-/// borders give each seam once. Fetches the coarse colours of each photo at most once.
+/// The ratios across seams whose lower-numbered face is not in the border: parts of a mesh that have each other's faces in
+/// their borders then give each seam once. Fetches the coarse colours of each photo at most once.
 std::vector<SeamRatio> seam_ratios(const AtlasInput& input);
 
 /// As above, from the ratios of all parts in any order that is the same each time. `faces`: per view, how many faces have it.

@@ -28,8 +28,8 @@ struct HashedFile {
   std::int64_t hashed_ns = 0;  ///< when, since 1970
   WorkKey hash;
 
-  /// False where the file was changed so shortly before that its times may not tell a later change: they are of up to two
-  /// seconds (FAT, old NFS), and clocks of machines differ.
+  /// False if the file was changed shortly before it was hashed: a later change might have the same times then, which count in
+  /// steps of up to two seconds (FAT, old NFS), by clocks that differ between machines.
   bool tells_changes() const;
   bool operator==(const HashedFile&) const = default;
 };

@@ -26,7 +26,7 @@ concept Listed = requires(T& value) {
   members_of(value);
 };
 
-/// A value that equals another one exactly if all its bytes do. (A bool has bytes that are no value.)
+/// A value that equals another one exactly if all its bytes do. (Not so a bool: most bytes are no valid one.)
 template <typename T>
 concept PlainBytes = (std::has_unique_object_representations_v<T> || std::floating_point<T>)&&!std::same_as<T, bool> &&
                      (std::is_arithmetic_v<T> || std::is_enum_v<T>);
@@ -70,7 +70,7 @@ constexpr bool is_dense() {
 
 }  // namespace detail
 
-/// A value without padding bytes, of which any bytes are a value: many of them are written and read at once.
+/// A type without padding bytes of which every bit pattern is a valid value: arrays of it are written and read at once.
 template <typename T>
 concept Dense = detail::is_dense<T>();
 

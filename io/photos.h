@@ -37,8 +37,8 @@ struct PhotoDecodes {
   std::size_t photos = 0, times = 0;
 };
 
-/// Edge, in pixels of the photo, of the squares whose means are the pixels of a coarse photo. Detail finer than twice that
-/// comes from one photo. With 4 the error on photos held out of three scenes is higher (benchmarks/README.md).
+/// A pixel of a coarse photo is the mean of a square of the photo with this edge, in pixels. Detail finer than twice the edge is
+/// taken from one photo alone. With 4 the error on photos held out of three scenes is higher (benchmarks/README.md).
 inline constexpr int kCoarsePixel = 2;
 
 /// A photo without its fine detail: the means of its squares. O(pixels).
@@ -73,8 +73,8 @@ class PhotoSource {
 /// decoding. `scene` must outlive the cache.
 ///
 /// Photos and masks are read several times, and each time must be the files that they were first, byte for byte: all
-/// functions throw InputError for one that has changed since. A stat a reading and one hash of each file, before it is
-/// decoded for the first time, show that.
+/// functions throw InputError for one that has changed since. Each reading compares the file's size and times; its hash is taken
+/// once, before it is decoded for the first time.
 class PhotoCache final : public PhotoSource {
  public:
   /// \param known what is known of the files already, which they must still be; borrowed

@@ -13,9 +13,9 @@ namespace gpvc::io {
 /// Geocentric coordinates (ECEF) on the WGS 84 ellipsoid.
 inline constexpr const char* kGeocentric = "EPSG:4978";
 
-/// What z is where a system has no heights of its own: the height above its ellipsoid, as PROJ has it, or, in the system that
-/// points come from, the one above the ellipsoid of the other, as receivers of WGS 84 tell it. Between national systems of
-/// old and WGS 84 they differ by some 50 m, about as heights above sea level do.
+/// What z means where the system of the points has no heights of its own: the height above its own ellipsoid, as PROJ takes it,
+/// or above the ellipsoid of the target, as receivers of WGS 84 give it. Between older national systems and WGS 84 the two
+/// differ by some 50 m, about as much as heights above sea level differ from heights above the ellipsoid.
 enum class HeightsAbove { own_ellipsoid, ellipsoid_of_target };
 
 /// Takes points from one system to another. Systems are what PROJ reads: EPSG:25832, a WKT, a PROJ string. x is east or

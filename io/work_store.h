@@ -55,8 +55,9 @@ class WorkStore {
  public:
   class Writer;
   class Reader;
-  /// The folder is made when the first result is kept. `list`: a file there in which each result's hash stands once more, so that a
-  /// result whose own hash was made to fit other values counts as none, too; then one process at a time keeps results.
+  /// The folder is made when the first result is kept. `list`: the name of a file there that has the hashes of all results once
+  /// more, so that a result that was changed together with its own hash counts as none, too. Only one process at a time may then
+  /// keep results.
   explicit WorkStore(std::filesystem::path folder, std::string list = {});
 
   /// True if a result of that name and key seems to be there.

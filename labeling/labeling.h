@@ -21,8 +21,8 @@ namespace gpvc::labeling {
 
 // --- adjacency
 
-/// Faces around an edge are paired with so many that follow in face order: all pairs of up to four faces, as where two
-/// buildings meet or both sides of a wall are faces, while the number of pairs stays linear around edges of any number.
+/// Around an edge of many faces, each is paired with this many of the next ones in face order. Up to four faces, as where two
+/// buildings meet or both sides of a wall are faces, are all paired; around more, the number of pairs stays linear.
 inline constexpr std::size_t kFaceGraphReach = 3;
 
 /// Pairs of faces that share an edge (two vertex indices) and are within kFaceGraphReach around it, each pair once, lower
@@ -69,9 +69,9 @@ struct CostTable {
 };
 
 /// What makes a view good for a face: its projected area, the photo's gradient magnitude integrated over that area, or
-/// either of them times the squared cosine of the viewing angle. Area times one cosine is the density of pixels on the
-/// surface in the direction in which they are fewest, squared; the second one stands for what else a grazing view does
-/// worse: parallax, reflections and blur by errors of the mesh grow with 1 / cosine.
+/// either of them times the squared cosine of the viewing angle. The first cosine accounts for resolution: a slanted
+/// surface has fewer pixels in one direction, and area times cosine is the square of their density in that one. The second stands
+/// for what else gets worse at grazing angles: parallax, reflections and errors of the mesh grow with 1 / cosine.
 enum class DataTerm { area, area_angle, gmi, gmi_angle };
 inline constexpr Named<DataTerm> kDataTermNames[] = {{"area", DataTerm::area},
                                                      {"area-angle", DataTerm::area_angle},
@@ -86,9 +86,9 @@ inline constexpr Named<Outliers> kOutliersNames[] = {
 struct CostOptions {
   DataTerm term = DataTerm::area_angle;
   Outliers outliers = Outliers::clamp;
-  /// Cost of a view of no quality, in proportion of a view that is worse than the face's best one, where two neighbouring
-  /// faces with different views cost 1, the solver's smoothness. A lower weight gives larger patches. Chosen by the error
-  /// on held-out photos.
+  /// Cost of a view of quality 0; one with half the quality of the face's best view costs half of it. The unit is the cost of a
+  /// seam between two neighbouring faces (the solver's smoothness). A lower weight gives larger patches. Chosen by the error on
+  /// held-out photos.
   double data_weight = 0.05;
   /// Width of the strip along depth discontinuities of the IVM in which candidates cost more, because photos and mesh
   /// disagree there by a few pixels; 0 = no strip.
@@ -99,8 +99,8 @@ struct CostOptions {
   /// Added per halving of a view's quality against the face's best candidate. The first two halvings are free, because
   /// larger patches are worth that loss; at most two more are counted.
   double coarse_cost = 0.5;
-  /// Gives candidates of views that agree with the others by chance. They also have candidates where most views are such,
-  /// since then none tells which are right: see Candidates::agreement.
+  /// Uses views that agree with the others no better than by chance. Where most views are like that they are used anyway,
+  /// since then nothing tells which are right: see Candidates::agreement.
   bool keep_odd_views = false;
   /// Added to the cost of a partial view, times the share of the face that it does not see.
   double hidden_cost = 1.0;
@@ -129,7 +129,7 @@ struct Candidates {
   std::vector<FaceTag> tags;                        ///< per face
   std::size_t full = 0, partial = 0, rejected = 0;  ///< number of candidates kept, and of views rejected as outliers
   std::vector<ViewAgreement> agreement;             ///< of all views, ascending
-  /// Per view, of the faces that it and two others at least see whole: those whose colour differs from the others'.
+  /// Per view: of the faces that it and at least two others see whole, the share on which its colour differs from theirs.
   std::vector<double> outlier_share;
   std::vector<FaceId> refused;  ///< faces that views see, none of which is allowed; ascending
 };
@@ -173,8 +173,8 @@ class CandidateCollector {
   /// statistics how far each photo disagrees with the others about each face. `graph`: the mesh's face_graph(), which is made
   /// here if it is null.
   void judge(const FaceGraph* graph = nullptr);
-  /// judge() in two steps, for a scene in parts: the first of a collector of some faces all over the scene (a million suffice),
-  /// the second of each part, with what the first found.
+  /// judge() for a scene in parts, in two steps. The first is called on a collector of some faces from all over the scene (a
+  /// million suffice), the second on each part, with what the first returned.
   PhotoJudgement judge_photos(const FaceGraph* graph = nullptr);
   void judge_faces(const PhotoJudgement& photos, const FaceGraph* graph = nullptr);
   /// Instead of judge(), where all statistics come from a collector that had judged them. `agreement`: what it found.

@@ -16,7 +16,7 @@ class GraphicsDevice;  // device.h
 /// Which samples of a face gpvc looks at. dense looks at every pixel centre and gives the same classes as hivers; ves
 /// looks at vertices and edges only and misses what hides the middle of a face.
 enum class Sampling { hivers, ves, dense };
-/// The visibility modes of these.
+/// The names of their visibility modes.
 inline constexpr Named<Sampling> kSamplingNames[] = {
     {"gpvc", Sampling::hivers}, {"gpvc:ves", Sampling::ves}, {"gpvc:dense", Sampling::dense}};
 
@@ -79,8 +79,8 @@ enum class RaySampling { sparse, dense };
 inline constexpr Named<RaySampling> kRaySamplingNames[] = {{"sparse", RaySampling::sparse},
                                                            {"dense", RaySampling::dense}};
 
-/// What gpvc is compared with (section 3): rays from the camera. A sample is visible when the first intersection lies
-/// within the bias of it, or behind it, where a ray of floats slipped past the edge of its own face.
+/// What gpvc is compared with (section 3): rays from the camera. A sample is visible when the first intersection is
+/// nearer than it by no more than the bias. One behind it counts, too: in floats a ray can miss the face that it was sent to.
 struct RayTracing {
   RaySampling sampling = RaySampling::dense;
   double epsilon = 0;  ///< the bias, in world units; > 0, finite

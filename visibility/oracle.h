@@ -9,12 +9,12 @@
 
 namespace gpvc::visibility {
 
-/// What the definition above says, by brute force: every sample of every face against every triangle that covers it, in
+/// Visibility as result.h defines it, by brute force: every sample of every face against every triangle that covers it, in
 /// doubles with error bounds and in exact arithmetic where these cannot tell. No OpenGL, no code shared with the stage.
 struct OracleView {
   std::vector<FaceClass> classes;  ///< per face
   std::vector<std::uint8_t> tied;  ///< per face: 1 when an exact tie had a say: a sample within 1e-9 px of an edge, or
-                                   ///< two depths within 1e-12 relative (design: reported apart)
+                                   ///< two depths within 1e-12 relative
   std::size_t samples = 0;         ///< pixel centres and sub-pixel samples decided
 };
 

@@ -6,8 +6,8 @@
 
 namespace gpvc::checks {
 
-/// How well the mesh lies where surfaces are: as photos show them, two of which agree best about a place on it there
-/// rather than at other distances along a line of sight; or as tie points lie.
+/// Whether the mesh lies on the surfaces that photos show. Two photos agree best about a place where it really is, rather than
+/// at another distance along the line of sight; and tie points lie on surfaces.
 struct MeshFit {
   enum class Verdict { unknown, fits, doubtful, elsewhere };
   std::size_t places = 0;  ///< that were compared: with texture in photos, or tie points

@@ -30,8 +30,8 @@ double framed_share(const Mesh& mesh, const Scene& scene, std::span<const ViewId
 /// sample is of at most 20,000 faces, or fewer where there are many views. O(sampled faces x views).
 std::vector<std::size_t> overlap(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used);
 
-/// Views that suffice for a first look: a face of a sample that n of `used` may show, as overlap() counts, is shown by
-/// min(n, times) of these, but for a two hundredth of the sample's faces. Ascending, chosen greedily. O(sampled faces x views).
+/// Views that suffice for a first look: each face of a sample that n of `used` may show, as overlap() counts, may be shown by
+/// min(n, times) of these; up to one face in 200 may have fewer. Ascending, chosen greedily. O(sampled faces x views).
 std::vector<ViewId> few_views(const Mesh& mesh, const Scene& scene, std::span<const ViewId> used, int times);
 
 /// What a grid of rays from some views hits first.

@@ -9,8 +9,8 @@
 
 namespace gpvc::checks {
 
-/// measure_fit() at some faces, as photos may frame them: tells of scenes whose few views see next to no face from near
-/// directions, though less than places that views see, as hidden faces are among them. O(views).
+/// measure_fit() at faces inside the frames of photos, whether the photos see them or something hides them: for scenes whose few
+/// views hardly ever see a face from similar directions. Hidden faces make it less reliable than places that views see. O(views).
 MeshFit framed_fit(const Input& input, std::span<const SmallPhoto> photos);
 
 /// Tries common mistakes: photos in another order or upside down, exchanged or mirrored axes, inverse poses, another unit,

@@ -19,8 +19,8 @@ struct BakeSpace {
   atlas::KeptPages kept = {};
 };
 
-/// The run's photos with coarse ones beside them, where baking needs any: in the folder, in half of what a result of `likely` bytes
-/// leaves of its space.
+/// The run's photos with coarse ones beside them, where baking needs any. They are kept in the folder, in at most half of the
+/// space on its disk that a result of `likely` bytes leaves free.
 io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely,
                                     const std::filesystem::path& folder);
 

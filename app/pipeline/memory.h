@@ -74,8 +74,8 @@ struct MemoryPlan {
 /// low.
 MemoryPlan plan_memory(const Input& input, const Settings& settings);
 /// The same of a run that only bakes an atlas, without a preview, and holds what views see of partial faces. A limit of
-/// `promised` bytes and more is not refused, though it may be exceeded: who promised that they are enough did not know yet
-/// how many faces are partial.
+/// `promised` bytes and more is not refused, though it may be exceeded: the plan that named it was made before the number of
+/// partial faces was known.
 MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
                        double promised);
 

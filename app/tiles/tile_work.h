@@ -39,14 +39,14 @@ struct TileCosts {
 GPVC_MEMBERS(TileCosts, table, tags, coverage)
 
 std::string tile_file(std::uint32_t tile);
-/// With its border.
+/// The mesh of a tile with its border.
 TileMesh load_tile(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
-/// Its own faces; on level 0 with its border.
+/// The tile's own faces; on level 0 with its border.
 CoarseTile load_own(const JobFolder& folder, const Job& job, int level, std::uint32_t tile);
-/// Of all groups that look at the tile, views ascending. \param mesh of the tile with its border
+/// What photos see of the tile, from all groups that look at it, views ascending. \param mesh of the tile with its border
 std::vector<TileSight> load_sights(const JobFolder& folder, const Job& job, int level, std::uint32_t tile,
                                    const Mesh& mesh);
-/// \param faces of the tile with its border
+/// \param faces how many the tile has with its border
 TileCosts load_costs(const JobFolder& folder, const Job& job, int level, std::uint32_t tile, std::size_t faces);
 
 /// The labels of a tile's own faces that a unit of Stage::choose has left.

@@ -11,7 +11,7 @@
 
 namespace gpvc::tileset {
 
-/// A point of a tile's coordinates, in which z points up: those of the glTF, whose y does, as viewers turn them.
+/// A point in the coordinates of a tile, whose z points up. In its glTF file y does; viewers of 3D Tiles turn it.
 struct TilePoint {
   std::array<double, 3> at{};
 };
