@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,8 @@ inline constexpr double kMostCoordinate = 1e18;
 /// of an OBJ are ignored. Faces that use a vertex whose coordinates are
 /// not finite or above kMostCoordinate lose their area, and such vertices get the place of another, with a warning;
 /// numbers of faces and vertices stay. Throws InputError on indices out of range, on a truncated file, and on a mesh
-/// without faces that have a place. A folder is read as the mesh that its mesh_files() make together. O(file size).
+/// without faces that have a place. A folder is read as the mesh that its mesh_files() make together, as read_meshes() reads
+/// them. O(file size).
 Mesh read_mesh(const std::filesystem::path& file);
 
 /// By the extension: a mesh whose y is up by its format.
@@ -36,6 +38,12 @@ bool is_mesh_name(const std::filesystem::path& file);
 /// The files .ply and .obj in a folder, at any depth, by their paths: the tiles that ContextCapture, DJI Terra and others
 /// write; not those in results of ours. A file stands for itself. Throws InputError where the folder has none or cannot be read.
 std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file_or_folder);
+
+/// The meshes of files, in their order, read in parallel. `given`: the mesh_files() of each mesh that was given. Throws the
+/// InputError of the first file that cannot be read; and where two files of one folder fill the same place, as versions of
+/// one mesh do (OpenDroneMap's odm_mesh.ply and odm_25dmesh.ply, levels of detail): their boxes agree on each axis to 80 % of
+/// what they span together. O(file sizes + (files of a folder)^2).
+std::vector<Mesh> read_meshes(std::span<const std::vector<std::filesystem::path>> given);
 
 /// What a mesh's positions lack to be coordinates of a reference system.
 struct MeshOrigin {

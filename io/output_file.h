@@ -29,6 +29,9 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
+/// Copies a file under another name, as an OutputFile does. Throws InputError where it cannot be read.
+void copy_file(const std::filesystem::path& from, const std::filesystem::path& to);
+
 /// Removes what killed processes have left of files whose names begin with `name`. No process may be writing them.
 void remove_unfinished(const std::filesystem::path& folder, const std::string& name);
 

@@ -133,8 +133,9 @@ class CallbackSource final : public PhotoSource {
 };
 
 /// At the view's camera size: pixels that are black in the view's mask, or darker than half of white where it is grey
-/// (NAME.mask.png with the photo's whole name or its name without extension, the former first, or RealityCapture's layer; in
-/// SceneOptions::masks_dir also NAME.png and NAME; JPEG and TIFF as well) or of alpha 0 in the photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded. Throws InputError.
+/// (NAME.mask.png with the photo's whole name or its name without extension, the former first, NAME_mask.png, or
+/// RealityCapture's layer; in SceneOptions::masks_dir also NAME.png and NAME; JPEG and TIFF as well) or of alpha 0 in the
+/// photo; of a reduced photo, blocks that contain one. nullopt when nothing is excluded. Throws InputError.
 std::optional<PhotoExclusion> read_exclusion(const View& view);
 
 /// True if the view's mask tells other programs all that read_exclusion knows: it is a PNG without alpha, in black and

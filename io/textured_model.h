@@ -101,7 +101,7 @@ GltfFiles write_gltf(const std::filesystem::path& stem, GltfContainer container,
 
 /// A textured model from a file: ours or another program's.
 struct LoadedModel {
-  Mesh mesh;            ///< coordinates as they stand in the file
+  Mesh mesh;            ///< coordinates as they stand in the file, those of a glTF taken through its nodes
   TexturedModel model;  ///< model.mesh is null: set it to &mesh once this value no longer moves
   std::vector<Image> pages;
   WorldPoint offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
@@ -111,9 +111,10 @@ struct LoadedModel {
 /// Throws InputError.
 WorldPoint read_offset(const std::filesystem::path& model);
 
-/// OBJ + MTL (map_Kd, of any writer), PLY with comments TextureFile (MeshLab, OpenMVS), GLB or glTF (triangles with a baseColorTexture; rotations of nodes are not applied:
-/// our writer's root rotation only says which way is up). Faces without a texture get kNoPage. Vertices
-/// without a place are settled as by read_mesh(). Throws InputError.
+/// OBJ + MTL (map_Kd, of any writer), PLY with comments TextureFile (MeshLab, OpenMVS), GLB or glTF (triangles with a
+/// baseColorTexture, placed by the nodes of the scene as by read_mesh(); of a model of ours, which the offset in its root's
+/// extras tells, the root's rotation is not applied: it only says which way is up). Faces without a texture get kNoPage.
+/// Vertices without a place are settled as by read_mesh(). Throws InputError.
 LoadedModel read_textured_model(const std::filesystem::path& file);
 
 }  // namespace gpvc::io

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <future>
+#include <utility>
 
 #include "app/checks/frame_check.h"
 #include "io/images.h"
@@ -45,6 +46,13 @@ void append_mesh(const std::filesystem::path& file, Mesh&& more, SceneInputData&
     io::append_mesh(all, more);
 }
 
+void append_meshes(std::span<const std::vector<std::filesystem::path>> given, std::vector<Mesh>&& meshes,
+                   SceneInputData& data) {
+  auto mesh = meshes.begin();
+  for (const auto& files : given)
+    for (const auto& file : files) append_mesh(file, std::exchange(*mesh++, {}), data);
+}
+
 }  // namespace
 
 void check_places(const SceneInput& input, const char* order) {
@@ -75,18 +83,16 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.begin({"read"});
   check_places(input);
   SceneInputData data;
-  std::vector<std::filesystem::path> files = io::mesh_files(input.mesh);
-  for (const auto& more : input.more_meshes)
-    for (const auto& file : io::mesh_files(more)) files.push_back(file);
-  std::vector<std::future<Mesh>> meshes;
-  for (const auto& file : files)
-    meshes.push_back(std::async(std::launch::async, [&file] { return io::read_mesh(file); }));
+  std::vector<std::vector<std::filesystem::path>> given{io::mesh_files(input.mesh)};
+  for (const auto& more : input.more_meshes) given.push_back(io::mesh_files(more));
+  std::future<std::vector<Mesh>> reading =
+      std::async(std::launch::async, [&given] { return io::read_meshes(given); });  // while photos are looked for
   data.scene = read_views(input, data.used);
   for (const std::string& warning : data.scene.warnings) record.warning(warning);
   data.held_out = held_out_views(data.scene, data.used, input.hold_out);
   std::erase_if(data.used,
                 [&](ViewId id) { return std::binary_search(data.held_out.begin(), data.held_out.end(), id); });
-  for (std::size_t m = 0; m < files.size(); ++m) append_mesh(files[m], meshes[m].get(), data);
+  append_meshes(given, reading.get(), data);
   for (const std::string& warning : data.mesh.warnings) record.warning(warning);
   checks::prepare(data.scene, data.mesh, data.used, origin_of(input), record);
   const std::size_t all_views = data.used.size();

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/file_bytes.h"
 #include "io/output_file.h"
 
 namespace gpvc::io {
@@ -57,6 +58,13 @@ void OutputFile::commit(Flush flush) {
   check(std::fclose(std::exchange(file_, nullptr)) == 0);
   check(::rename(temporary_.c_str(), final_name_.c_str()) == 0);
   temporary_.clear();
+}
+
+void copy_file(const std::filesystem::path& from, const std::filesystem::path& to) {
+  const FileBytes bytes(from);
+  OutputFile copy(to);
+  copy.write(bytes.view().data(), bytes.view().size());
+  copy.commit();
 }
 
 void remove_unfinished(const std::filesystem::path& folder, const std::string& name) {

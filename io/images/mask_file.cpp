@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <span>
 
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
@@ -17,11 +19,13 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Where a mask may lie beside its photo, or in a given folder of masks, under names made of `stem`: NAME.EXT.mask.png,
-/// NAME.mask.png; in a folder of its own also NAME.EXT.png (COLMAP's), NAME.EXT itself and NAME.png. Others than PNGs as well.
+/// NAME.mask.png, NAME_mask.png (OpenDroneMap's and Metashape's); in a folder of its own also NAME.EXT.png (COLMAP's),
+/// NAME.EXT itself and NAME.png. Others than PNGs as well.
 std::vector<fs::path> named_after(const fs::path& stem, bool own_folder) {
   const std::string whole = stem.string(), bare = (stem.parent_path() / stem.stem()).string();
   std::vector<fs::path> names;
-  for (const std::string& start : {whole + ".mask", bare + ".mask", own_folder ? whole : "", own_folder ? bare : ""}) {
+  for (const std::string& start :
+       {whole + ".mask", bare + ".mask", bare + "_mask", own_folder ? whole : "", own_folder ? bare : ""}) {
     if (own_folder && start == bare) names.push_back(stem);
     for (const char* ending : layer_endings())
       if (!start.empty()) names.push_back(start + ending);
@@ -29,12 +33,40 @@ std::vector<fs::path> named_after(const fs::path& stem, bool own_folder) {
   return names;
 }
 
+/// The photo that a view was made of, beside which its mask lies.
+const fs::path& photo_of(const SceneFile& scene, const View& view) {
+  const auto layer = scene.photos_of_layers.find(view.photo);
+  return layer == scene.photos_of_layers.end() ? view.photo : layer->second;
+}
+
+/// The photos of a scene by their names in small letters, as a folder of masks may be that of the photos, and X_mask.jpg a
+/// photo.
+class PhotoNames {
+ public:
+  explicit PhotoNames(const SceneFile& scene) {
+    for (const View& view : scene.views)
+      if (!view.photo.empty()) photos_.emplace(name_of(photo_of(scene, view)), photo_of(scene, view));
+  }
+  bool has(const fs::path& file) const {
+    const auto [begin, end] = photos_.equal_range(name_of(file));
+    return std::any_of(begin, end, [&](const auto& photo) {
+      std::error_code ignored;
+      return fs::equivalent(file, photo.second, ignored);
+    });
+  }
+
+ private:
+  static std::string name_of(const fs::path& file) { return lower_case(file.filename().string()); }
+
+  std::multimap<std::string, fs::path> photos_;
+};
+
 /// The first file that exists of: the mask that the scene's file states (a relative path starts at that file's folder,
 /// never at the current one); masks beside the photo, RealityCapture's among them; or, in a given folder of masks, those
 /// named after the view or the photo.
-fs::path mask_of(const SceneFile& scene, const View& view, const SceneOptions& options, FolderNames& names) {
-  const auto layer = scene.photos_of_layers.find(view.photo);
-  const fs::path& photo = layer == scene.photos_of_layers.end() ? view.photo : layer->second;
+fs::path mask_of(const SceneFile& scene, const View& view, const SceneOptions& options, const PhotoNames& photos,
+                 FolderNames& names) {
+  const fs::path& photo = photo_of(scene, view);
   std::vector<fs::path> candidates;
   const auto add = [&](const std::vector<fs::path>& more) {
     candidates.insert(candidates.end(), more.begin(), more.end());
@@ -48,13 +80,30 @@ fs::path mask_of(const SceneFile& scene, const View& view, const SceneOptions& o
       candidates = {folder_of(scene.listing) / view.mask, photo.parent_path() / view.mask.filename()};
     add(named_after(photo, false));
   }
-  for (const fs::path& candidate : candidates) {
-    std::error_code ignored;
-    // A folder of masks may be that of the photos.
-    if (const fs::path found = names.find(candidate); !found.empty() && !fs::equivalent(found, photo, ignored))
-      return found;
-  }
+  for (const fs::path& candidate : candidates)
+    if (const fs::path found = names.find(candidate); !found.empty() && !photos.has(found)) return found;
   return options.masks_dir ? fs::path() : names.find_layer(photo, "mask");
+}
+
+/// Refuses a mask in a given folder that lies there for photos of one name in several folders. \param stated the masks that
+/// the scene states for its views: one of them may be that of many photos
+void refuse_shared_masks(const SceneFile& scene, std::span<const fs::path> stated) {
+  struct Owner {
+    fs::path of;  ///< the mask that the scene states, or else the folder of the photo
+    const View* view;
+  };
+  std::map<fs::path, Owner> owners;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& view = scene.views[i];
+    if (view.mask.empty()) continue;
+    const bool is_stated = lower_case(view.mask.filename().string()) == lower_case(stated[i].filename().string());
+    const fs::path of = is_stated ? stated[i] : photo_of(scene, view).parent_path();
+    const Owner& first = owners.try_emplace(view.mask, Owner{of, &view}).first->second;
+    if (first.of != of && photo_of(scene, *first.view) != photo_of(scene, view))
+      throw InputError(view.mask, "",
+                       "could be the mask of " + quote(first.view->name) + " or of " + quote(view.name) +
+                           ": expected masks in folders like the photos'");
+  }
 }
 
 /// What a folder holds instead of masks: the end of a sentence.
@@ -121,8 +170,10 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
   if (options.masks_dir && !is_folder(*options.masks_dir))
     throw InputError(*options.masks_dir, "", "is not a folder; it was given as the folder of the masks");
   FolderNames names;
+  const PhotoNames photos(scene);
   for (View& view : views)
-    if (!view.photo.empty()) view.mask = mask_of(scene, view, options, names);
+    if (!view.photo.empty()) view.mask = mask_of(scene, view, options, photos, names);
+  if (options.masks_dir) refuse_shared_masks(scene, stated);
   const std::vector<std::exception_ptr> errors = for_each_photo(views, [&](std::size_t i) {
     View& view = views[i];
     view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);

@@ -13,8 +13,9 @@ namespace gpvc::io {
 /// Fills View::mask and View::uses_alpha of views whose photos are known and whose cameras are at full size. A mask
 /// that the scene's file states is looked for at that path (a relative one starts at the file's folder) and by its name
 /// beside the photo, or, if a folder of masks is given, only there; then under the names that read_exclusion lists.
-/// Warns of stated masks that are not found. Throws InputError for a mask of another size than its photo, and for a
-/// given folder without a single mask.
+/// Warns of stated masks that are not found. No photo of the scene is a mask. Throws InputError for a mask of another
+/// size than its photo, for a given folder without a single mask, and for a mask in it that was found by its name alone for
+/// photos in several folders.
 void find_masks(SceneFile& scene, const SceneOptions& options);
 
 /// read_exclusion before the reduction, and of a panorama as its file shows it. \pre camera size times View::reduction

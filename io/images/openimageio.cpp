@@ -43,10 +43,14 @@ std::unique_ptr<OIIO::ImageInput> open(const fs::path& file, std::string& wrong)
   return input;
 }
 
-bool holds_linear_light(const OIIO::ImageSpec& spec) {
+/// Samples of EXR and HDR files are light by definition, but where an HDR states the curve that it has applied to them. Of
+/// other formats the colour space's name tells: "Linear", and from version 3.0 of OpenImageIO on "lin_rec709" and the like.
+bool holds_linear_light(const OIIO::ImageSpec& spec, std::string_view format) {
+  if (!spec.format.is_floating_point()) return false;
+  if (format == "openexr" || format == "hdr") return spec.get_float_attribute("oiio:Gamma", 1) == 1;
   std::string space(spec.get_string_attribute("oiio:ColorSpace"));
   std::ranges::transform(space, space.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return spec.format.is_floating_point() && (space == "linear" || space == "scene_linear");
+  return space == "linear" || space == "scene_linear" || space.starts_with("lin_");
 }
 
 OtherHeader header_of(const OIIO::ImageInput& input) {
@@ -60,7 +64,7 @@ OtherHeader header_of(const OIIO::ImageInput& input) {
   header.bits = spec.format.is_floating_point() ? 0 : static_cast<int>(8 * spec.format.basesize());
   // The fourth byte of a BMP's pixels is reserved, and 0 in most files.
   header.alpha_channel = header.format == "bmp" ? -1 : spec.alpha_channel;
-  header.linear_light = holds_linear_light(spec);
+  header.linear_light = holds_linear_light(spec, header.format);
   // An EXR's data window; the picture is its display window.
   header.whole = header.format != "openexr" || (spec.width == spec.full_width && spec.height == spec.full_height &&
                                                 spec.x == spec.full_x && spec.y == spec.full_y);

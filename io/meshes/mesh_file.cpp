@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "io/file_bytes.h"
 #include "io/files/paths.h"
@@ -104,8 +105,9 @@ bool is_mesh_name(const std::filesystem::path& file) {
 
 Mesh read_mesh(const std::filesystem::path& file) {
   if (is_folder(file)) {
+    const std::vector<std::filesystem::path> files = mesh_files(file);
     Mesh all;
-    for (const std::filesystem::path& part : mesh_files(file)) append_mesh(all, read_mesh(part));
+    for (Mesh& part : read_meshes({&files, 1})) append_mesh(all, std::exchange(part, {}));
     return all;
   }
   const FileBytes bytes(file);

@@ -2,9 +2,13 @@
 // production formats") and written by other programs as well:
 //
 //   <ModelMetadata version="1"><SRS>EPSG:32631</SRS><SRSOrigin>448000,5411000,0</SRSOrigin>...</ModelMetadata>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <exception>
+#include <limits>
 
 #include "io/file_bytes.h"
 #include "io/files/paths.h"
@@ -32,7 +36,73 @@ WorldPoint origin_from(const XmlFile& xml, const pugi::xml_node& root) {
   return {values[0], values[1], values[2]};
 }
 
+/// The box around a mesh's faces.
+struct Extent {
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+  WorldPoint low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+};
+
+constexpr double WorldPoint::*kAxes[] = {&WorldPoint::x, &WorldPoint::y, &WorldPoint::z};
+
+Extent extent_of(const Mesh& mesh) {
+  Extent extent;
+  for (const Triangle& face : mesh.faces)
+    for (const std::uint32_t v : face)
+      for (const auto axis : kAxes) {
+        const double at = mesh.positions[v].*axis;
+        extent.low.*axis = std::min(extent.low.*axis, at);
+        extent.high.*axis = std::max(extent.high.*axis, at);
+      }
+  return extent;
+}
+
+/// Versions of a mesh end where its photos do, up to some faces at the rim and strays below it. Tiles beside or above each
+/// other share a rim alone, on one axis at least.
+bool fill_same_place(const Extent& a, const Extent& b) {
+  constexpr double kShare = 0.8;
+  return std::ranges::all_of(kAxes, [&](const auto axis) {
+    const double shared = std::min(a.high.*axis, b.high.*axis) - std::max(a.low.*axis, b.low.*axis),
+                 all = std::max(a.high.*axis, b.high.*axis) - std::min(a.low.*axis, b.low.*axis);
+    return shared >= kShare * all;  // both are 0 where flat meshes lie in one plane
+  });
+}
+
+void refuse_versions(std::span<const fs::path> files, std::span<const Mesh> meshes) {
+  if (files.size() < 2) return;
+  std::vector<Extent> extents(meshes.size());
+  tbb::parallel_for(std::size_t{0}, meshes.size(), [&](std::size_t m) { extents[m] = extent_of(meshes[m]); });
+  for (std::size_t m = 1; m < files.size(); ++m)
+    for (std::size_t other = 0; other < m; ++other)
+      if (fill_same_place(extents[other], extents[m]))
+        throw InputError(files[m], "",
+                         "fills the same place as " + files[other].string() +
+                             ", as another version of the same mesh does; name the one that is meant");
+}
+
 }  // namespace
+
+std::vector<Mesh> read_meshes(std::span<const std::vector<fs::path>> given) {
+  std::vector<const fs::path*> files;
+  for (const std::vector<fs::path>& some : given)
+    for (const fs::path& file : some) files.push_back(&file);
+  std::vector<Mesh> meshes(files.size());
+  std::vector<std::exception_ptr> errors(files.size());
+  tbb::parallel_for(std::size_t{0}, files.size(), [&](std::size_t m) {
+    try {
+      meshes[m] = read_mesh(*files[m]);
+    } catch (...) {
+      errors[m] = std::current_exception();  // of several, the first in their order is thrown, whichever came first
+    }
+  });
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+  std::size_t first = 0;
+  for (const std::vector<fs::path>& some : given) {
+    refuse_versions(some, std::span(meshes).subspan(first, some.size()));
+    first += some.size();
+  }
+  return meshes;
+}
 
 std::vector<fs::path> mesh_files(const fs::path& file_or_folder) {
   if (!is_folder(file_or_folder)) return {file_or_folder};

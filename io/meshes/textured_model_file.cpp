@@ -13,7 +13,7 @@
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
 #include "io/mesh.h"
-#include "io/meshes/gltf_reader.h"
+#include "io/meshes/gltf_nodes.h"
 #include "io/meshes/mesh_file.h"
 #include "io/number_text.h"
 #include "io/textured_model.h"
@@ -216,7 +216,7 @@ bool repeats(const fs::path& file, const tinygltf::Model& model, int texture) {
 }
 
 void append_primitive(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
-                      LoadedModel& result) {
+                      const GltfMatrix& world, LoadedModel& result) {
   const auto base = static_cast<std::uint32_t>(result.mesh.positions.size());
   const AccessorView positions = positions_of(file, model, primitive);
   tinygltf::TextureInfo shown;
@@ -224,15 +224,17 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
     shown = element_at(file, model.materials, primitive.material, "material").pbrMetallicRoughness.baseColorTexture;
   const auto texcoord = primitive.attributes.find("TEXCOORD_" + std::to_string(shown.texCoord));
   const std::uint32_t page = texcoord != primitive.attributes.end() ? page_of(file, model, shown) : kNoPage;
+  const bool mirrored = mirrors(world);
   if (!for_each_triangle(file, model, primitive, positions.count,
                          [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+                           if (mirrored) std::swap(b, c);
                            result.mesh.faces.push_back({base + a, base + b, base + c});
                            result.model.face_texcoords.push_back({base + a, base + b, base + c});
                            result.model.face_page.push_back(page);
                          }))
     return;
   for (std::size_t i = 0; i < positions.count; ++i) {
-    result.mesh.positions.push_back({positions.component(i, 0), positions.component(i, 1), positions.component(i, 2)});
+    result.mesh.positions.push_back(placed(world, positions, i));
     result.model.texcoords.push_back({0, 0});
   }
   if (page == kNoPage) return;
@@ -288,8 +290,9 @@ void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& 
 LoadedModel read_textured_gltf(const fs::path& file) {
   const tinygltf::Model model = parse_gltf(file);
   LoadedModel result;
-  for (const tinygltf::Mesh& mesh : model.meshes)
-    for (const tinygltf::Primitive& primitive : mesh.primitives) append_primitive(file, model, primitive, result);
+  for_each_primitive(file, model, GltfOffset::left, [&](const tinygltf::Primitive& primitive, const GltfMatrix& world) {
+    append_primitive(file, model, primitive, world, result);
+  });
   add_pages(file, model, result);
   for (const tinygltf::Node& node : model.nodes)
     if (const std::optional<WorldPoint> offset = offset_of(node)) result.offset = *offset;

@@ -133,7 +133,7 @@ class BlocksReader {
     for (const pugi::xml_node srs : root.child("SpatialReferenceSystems").children("SRS"))
       if (XmlFile::text(srs, "Id") == id) {
         const std::string_view definition = XmlFile::text(srs, "Definition");
-        scene_.srs = definition.empty() ? XmlFile::text(srs, "Name") : definition;
+        scene_.srs = reference_system(definition.empty() ? XmlFile::text(srs, "Name") : definition);
         if (is_geographic(scene_.srs))
           xml_.fail(srs, "the positions are degrees of " + quote(scene_.srs) +
                              ", which no mesh is in; export the block in a projected or a local system");

@@ -259,11 +259,13 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std:
 }
 
 /// The second line of an image holds X Y POINT3D_ID triples. It is not read, but a file written without it must not
-/// lose every other image in silence: the line has to be empty or to end in a number (of any kind: other programs write
-/// -1.0).
+/// lose every other image in silence: the line has to be empty, or words in threes of which the last is a number (of any
+/// kind: other programs write -1.0). A pose has ten words, and ends in a number where photos are named 000001.
 void check_points(const ModelLines& lines, std::string_view line) {
-  line = trimmed(line);
-  if (!line.empty() && !number_from(line.substr(line.find_last_of(" \t") + 1)))  // npos + 1 is 0
+  std::size_t words = 0;
+  std::string_view last;
+  for (std::string_view word = next_word(line); !word.empty(); word = next_word(line), ++words) last = word;
+  if (words % 3 != 0 || (words > 0 && !number_from(last)))
     lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
 }
 

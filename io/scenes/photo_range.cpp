@@ -21,17 +21,22 @@ void warn_of_unused_range(SceneFile& scene) {
   constexpr std::size_t kMost = 8;
   const std::size_t count = std::min(candidates.size(), kMost);
   std::array<std::atomic<bool>, 256> used{};
-  std::atomic<std::size_t> deep{0};
+  std::atomic<std::size_t> deep{0}, beyond{0};
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t n) {
     try {
       const std::filesystem::path& photo = scene.views[candidates[n * candidates.size() / count]].photo;
-      if (sample_bits(photo) <= 8) return;
+      if (lies_beyond_range(photo)) ++beyond;
+      if (sample_bits(photo) <= 8) return;  // floats have none
       for (const std::uint8_t value : read_image(photo).pixels) used[value].store(true, std::memory_order_relaxed);
       ++deep;
     } catch (const InputError&) {
       // told where the photo is used
     }
   });
+  if (beyond > 0)
+    scene.warnings.push_back(std::to_string(beyond) + " of " + std::to_string(count) +
+                             " photos looked at hold floating-point samples that lie beyond 0 to 1 on most of their "
+                             "pixels (temperatures?), which become black or white: scale all of them alike to 0 to 1");
   const auto is_used = [](const std::atomic<bool>& level) { return level.load(); };
   const auto first = std::ranges::find_if(used, is_used);
   const auto end = std::find_if(used.rbegin(), used.rend(), is_used).base();

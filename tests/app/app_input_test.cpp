@@ -214,6 +214,16 @@ TEST_F(App, WarningsNameTheMeshOfSeveral) {
   EXPECT_TRUE(contains(run({"inspect", (scene_ / "colmap").string(), second}).err, expected));
 }
 
+TEST_F(App, RefusesAFolderWithTwoVersionsOfTheMesh) {
+  const fs::path tiles = scene_ / "tiles";
+  fs::create_directories(tiles);
+  fs::copy_file(scene_ / "mesh.ply", tiles / "odm_25dmesh.ply");
+  fs::copy_file(scene_ / "mesh.ply", tiles / "odm_mesh.ply");
+  expect_one_sentence(run({"texture", (scene_ / "colmap").string(), tiles.string(), "-o", out_.string()}),
+                      "odm_mesh.ply: fills the same place as", "odm_25dmesh.ply");
+  EXPECT_FALSE(fs::exists(out_));
+}
+
 TEST_F(App, ExplainsAMeshInAnotherFrame) {
   std::ofstream(scene_ / "mesh.ply")
       << "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"

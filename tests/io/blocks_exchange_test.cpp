@@ -180,6 +180,12 @@ TEST(BlocksExchange, CarriesTheSystemAndSaysWhatItLeavesOut) {
   EXPECT_TRUE(contains(parse(two).warnings[0], "2 blocks; 'Block 1'"));
 }
 
+TEST(BlocksExchange, LocalCoordinatesAreNoReferenceSystem) {
+  const auto srs = [](const std::string& definition) { return parse(replaced(kBlocks, "EPSG:2154", definition)).srs; };
+  EXPECT_EQ(srs("LOCAL_CS[\"Local coordinates; m\",LOCAL_DATUM[\"Local\",0]]"), "");
+  EXPECT_EQ(srs("PROJCS[\"a\",\n  UNIT[\"metre\",1]]"), "PROJCS[\"a\",UNIT[\"metre\",1]]");
+}
+
 TEST(BlocksExchange, FindsPhotosByTheirTails) {
   const test::TemporaryFolder folder;
   const auto file = folder.write("out/block.xml", kBlocks);

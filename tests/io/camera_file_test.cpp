@@ -570,6 +570,9 @@ TEST(ColmapText, NoticesThatPointLinesWereLeftOut) {
   files.folder.write("sparse/0/images.txt",
                      "1 1 0 0 0 0 0 0 7 a with blank.png\n2 1 0 0 0 0 0 0 7 b/One.png\n3 1 0 0 0 0 0 0 7 b/two.png\n");
   EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"));
+  // A name that is a number ends the pose of the second photo as points would end.
+  files.folder.write("sparse/0/images.txt", "1 1 0 0 0 0 0 0 7 000001\n2 1 0 0 0 0 0 0 7 000002\n");
+  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"));
 }
 
 TEST(ColmapText, SaysWhichLineIsWrong) {

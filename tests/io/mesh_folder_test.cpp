@@ -39,6 +39,32 @@ TEST(MeshFolder, WithoutAMeshIsRefused) {
   EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.path()); }), "holds no mesh, expected files .ply or .obj"));
 }
 
+TEST(MeshFolder, WithVersionsOfOneMeshIsRefused) {
+  const test::TemporaryFolder folder;
+  const auto roof = folder.write("meshing/odm_25dmesh.obj", "v 0 0 0\nv 9.5 0 0\nv 0 10 1\nf 1 2 3\n"),
+             whole = folder.write("meshing/odm_mesh.obj", "v 0 0 0\nv 10 0 0\nv 0 10 1.2\nv 99 99 99\nf 1 2 3\n");
+  EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.path()); }),
+                       "odm_mesh.obj: fills the same place as " + roof.string() +
+                           ", as another version of the same mesh does; name the one that is meant"));
+  const std::vector<std::vector<std::filesystem::path>> each{{roof}, {whole}};
+  EXPECT_EQ(read_meshes(each).size(), 2u) << "given one by one";
+  // Of the height they have less than 80 % in common, as storeys; flat ones lie in other planes.
+  folder.write("meshing/odm_mesh.obj", "v 0 0 0\nv 10 0 0\nv 0 10 1.3\nf 1 2 3\n");
+  EXPECT_EQ(read_mesh(folder.path()).faces.size(), 2u);
+  folder.write("meshing/odm_25dmesh.obj", "v 0 0 5\nv 9 0 5\nv 0 9 5\nf 1 2 3\n");
+  folder.write("meshing/odm_mesh.obj", "v 0 0 6\nv 9 0 6\nv 0 9 6\nf 1 2 3\n");
+  EXPECT_EQ(read_mesh(folder.path()).faces.size(), 2u);
+  folder.write("meshing/odm_mesh.obj", "v 0 0 5\nv 9 0 5\nv 0 9 5\nf 1 2 3\n");
+  EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.path()); }), "fills the same place"));
+}
+
+TEST(MeshFolder, TheFirstFileThatIsNoMeshIsNamed) {
+  const test::TemporaryFolder folder;
+  for (int tile = 10; tile < 60; ++tile)
+    folder.write("t" + std::to_string(tile) + ".obj", tile == 20 || tile == 55 ? "v 0 0 0\nf 1 2 3\n" : kTile);
+  EXPECT_TRUE(contains(input_error([&] { read_mesh(folder.path()); }), "t20.obj: "));
+}
+
 TEST(MeshOrigins, AreThoseOfMetadataXmlBesideOrAboveTheMesh) {
   const test::TemporaryFolder folder;
   const auto tile = folder.write("Data/Tile_0/Tile_0.obj", kTile);

@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "io/mesh.h"
+#include "io/textured_model.h"
+#include "io/vector.h"
 #include "tests/atlas/strip_model.h"
 #include "tests/support/temporary_folder.h"
 
@@ -166,6 +168,24 @@ TEST(GltfMesh, RefusesCyclesPackedGeometryAndBadIndices) {
   EXPECT_TRUE(contains(error(gltf_text(",\"mode\":1")), "has no faces"));
 }
 
+TEST(GltfMesh, TexturedModelsOfOtherProgramsLieWhereTheirNodesSay) {
+  const TemporaryFolder folder;
+  folder.write("a.bin", gltf_buffer());
+  const std::string moved = gltf_text("");
+  for (const std::string& text : {moved, replaced(moved, "\"scale\":[2,2,2]", "\"scale\":[-1,1,1]"),
+                                  replaced(moved, "[{\"nodes\":[1]}]", "[{\"nodes\":[2,1]}]")}) {
+    const auto file = folder.write("a.gltf", text);
+    const Mesh mesh = read_mesh(file);
+    const LoadedModel model = read_textured_model(file);
+    EXPECT_EQ(model.offset, WorldPoint{});
+    ASSERT_EQ(model.mesh.faces.size(), mesh.faces.size());
+    EXPECT_EQ(model.model.face_texcoords, model.mesh.faces);
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_EQ(model.mesh.positions[model.mesh.faces[f][c]], mesh.positions[mesh.faces[f][c]]);
+  }
+}
+
 // Our own models keep the axes and the offset of the mesh that was textured, and their seams close again.
 TEST(GltfMesh, OwnModelsLieWhereTheirMeshLay) {
   const test::StripModel strip;
@@ -183,6 +203,14 @@ TEST(GltfMesh, OwnModelsLieWhereTheirMeshLay) {
     for (const WorldPoint& q : before) nearest = std::min(nearest, std::hypot(p.x - q.x, p.y - q.y, p.z - q.z));
     EXPECT_LT(nearest, 1e-3);
   }
+  const LoadedModel model = read_textured_model(file);
+  EXPECT_EQ(model.offset, offset);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const WorldPoint& local = model.mesh.positions[model.mesh.faces[f][c]];
+      EXPECT_EQ(local.x, static_cast<double>(static_cast<float>(local.x))) << "as the file holds it";
+      EXPECT_EQ(local + offset, mesh.positions[mesh.faces[f][c]]);
+    }
 }
 
 }  // namespace

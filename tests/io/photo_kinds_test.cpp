@@ -107,6 +107,15 @@ TEST(PhotoKinds, LightInFloatsAndHalvesGetsTheScreensCurve) {
     const auto file = store_exr(folder, type, {0, 0.2f, 1, 0.0021f, 0.2140f, 16, -3, nan, infinity});
     EXPECT_EQ(read_image(file).pixels, (Bytes{0, 124, 255, 7, 127, 255, 0, 0, 255}));
   }
+  EXPECT_EQ(read_image(store(folder, "grey.exr", 1, OIIO::TypeFloat, std::vector<float>{0, 0.2f, 1})).pixels,
+            (Bytes{0, 0, 0, 124, 124, 124, 255, 255, 255}));
+  // 204/256 of a quarter in each colour: light, unless the file says that it has a curve already.
+  const auto hdr = [&](const std::string& more) {
+    return read_image(folder.write(
+        "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n" + more + "\n-Y 1 +X 2\n\xCC\xCC\xCC\x7E\xCC\xCC\xCC\x7E"));
+  };
+  EXPECT_NEAR(hdr("").pixels.at(0), 124, 1);
+  EXPECT_NEAR(hdr("GAMMA=0.4545\n").pixels.at(0), 51, 1);
   // A TIFF's floats are not said to be light.
   EXPECT_EQ(read_image(store(folder, "a.tif", 1, OIIO::TypeFloat, std::vector<float>{0, 0.2f, 1})).pixels,
             (Bytes{0, 0, 0, 51, 51, 51, 255, 255, 255}));
@@ -264,16 +273,13 @@ TEST(PhotoKinds, InksAreInvertedWhereAdobesMarkSaysSo) {
 }
 
 /// What reading a scene of one photo says.
-std::string warnings_of(const std::string& name, const OIIO::TypeDesc& type,
-                        const std::vector<std::uint16_t>& samples) {
+template <typename Sample>
+std::string warnings_of(const std::string& name, const OIIO::TypeDesc& type, const std::vector<Sample>& samples) {
   const TemporaryFolder folder;
   const std::string width = std::to_string(samples.size());
   folder.write("model/cameras.txt", "1 PINHOLE " + width + " 1 500 500 " + width + " 0.5\n");
   folder.write("model/images.txt", "1 1 0 0 0 0 0 0 1 " + name + "\n\n");
-  if (type == OIIO::TypeUInt8)
-    store(folder, name, 1, type, Bytes(samples.begin(), samples.end()));
-  else
-    store(folder, name, 1, type, samples);
+  store(folder, name, 1, type, samples);
   std::string all;
   for (const std::string& warning : read_scene(folder.path() / "model", {.images_dir = folder.path()}).warnings)
     all += warning + "\n";
@@ -295,8 +301,28 @@ TEST(PhotoKinds, DepthThatIsNotUsedIsWarnedOf) {
         << "a camera of heat";
     EXPECT_EQ(said([](int i) { return i == 99 ? 60000 : i; }), "") << "night, with a lamp";
     EXPECT_EQ(said([](int i) { return i % 2 * 65535; }), "") << "black and white";
-    EXPECT_EQ(warnings_of(name, OIIO::TypeUInt8, photo([](int i) { return i % 20; })), "") << "dark, of 8 bits";
+    const auto dark = photo([](int i) { return i % 20; });
+    EXPECT_EQ(warnings_of(name, OIIO::TypeUInt8, Bytes(dark.begin(), dark.end())), "") << "dark, of 8 bits";
   }
+}
+
+TEST(PhotoKinds, FloatsBeyondBlackAndWhiteAreWarnedOf) {
+  const auto said = [](const std::string& name, auto sample) {
+    std::vector<float> samples;
+    for (int i = 0; i < 64; ++i) samples.push_back(static_cast<float>(sample(i)));
+    return warnings_of(name, OIIO::TypeFloat, samples);
+  };
+  const std::string beyond =
+      "1 of 1 photos looked at hold floating-point samples that lie beyond 0 to 1 on most of their pixels";
+  const auto degrees = [](int i) { return 15 + 0.1 * i; };
+  EXPECT_TRUE(contains(said("a.tif", degrees), beyond));
+  EXPECT_TRUE(contains(said("a.tif", [](int i) { return -20 + 0.1 * i; }), beyond)) << "frost";
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(contains(said("a.tif", [&](int i) { return i < 60 ? nan : 20; }), beyond))
+      << "of the pixels with a value";
+  EXPECT_EQ(said("a.tif", [](int i) { return i / 63.0; }), "");
+  EXPECT_EQ(said("a.tif", [](int i) { return i < 40 ? 0.5 : 2; }), "") << "glints";
+  EXPECT_EQ(said("a.exr", degrees), "") << "light";
 }
 
 TEST(PhotoKinds, OrientationTagsTurnNothing) {
