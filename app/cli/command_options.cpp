@@ -15,7 +15,7 @@ CLI::App* add_visibility_command(CLI::App& parent, VisibilityCommandOptions& opt
   };
   app->add_option_function<std::vector<std::string>>(
          "MESH...", take_meshes,
-         "Triangle meshes in the cameras' frame (PLY, OBJ, STL, OFF, GLB), which occlude one another")
+         "Triangle meshes (PLY, OBJ, STL, OFF, GLB, glTF) in the cameras' coordinates, which occlude one another")
       ->required();
   add_photos(*app, options.input);
   add_output(*app, options);

@@ -66,8 +66,10 @@ void add_scene(CLI::App& app, SceneInput& input) {
 }
 
 CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh) {
-  return app.add_option("MESH", mesh,
-                        "Triangle mesh in the cameras' frame, PLY, OBJ, STL, OFF, GLB or glTF, or a folder of tiles");
+  return app.add_option(
+      "MESH", mesh,
+      "Triangle mesh (PLY, OBJ, STL, OFF, GLB, glTF) or a folder of tiles, in the cameras' coordinates or in a "
+      "reference system (--mesh-crs)");
 }
 
 void add_masks(CLI::App& app, SceneInput& input) {
@@ -75,9 +77,9 @@ void add_masks(CLI::App& app, SceneInput& input) {
   CLI::Option* masks_dir =
       group
           .add("--masks", input.masks_dir, "DIR",
-               "Folder of masks as large as the photos, black where a pixel must not be used (what is "
-               "darker than half counts as black): NAME.mask.png, NAME.png or NAME, also without "
-               "NAME's extension, and as JPEG or TIFF")
+               "Folder of masks as large as the photos, black where a pixel must not be used (darker than half is "
+               "black): NAME.mask.png, NAME_mask.png, NAME.png or NAME, with or without the photo's extension, also "
+               "JPEG or TIFF")
           ->default_str("NAME.mask.png beside the photos");
   group.flag("!--no-masks", input.masks, "Use every pixel: ignore masks and alpha channels")->excludes(masks_dir);
 }
@@ -98,18 +100,21 @@ void add_photos(CLI::App& app, SceneInput& input) {
   const OptionGroup group{app, pipeline::kInput};
   group
       .add("--images", input.images_dir, "DIR",
-           "Folder of the photos, at any depth; matched by the longest common tail of their paths")
+           "Folder of the photos with its sub-folders. Photos are found by name; where names repeat, by their folders, "
+           "too")
       ->default_str("where the scene says, or 'images' beside it");
   group
       .add("--views", input.views, "LIST",
            "Use only these views: names or globs, separated by commas, or @FILE with one on each line")
       ->check(not_empty());
-  group.add("--exclude-views", input.exclude_views, "LIST", "Do not use these views; they keep their index");
+  group.add("--exclude-views", input.exclude_views, "LIST",
+            "Leave these views out; the numbers of the others stay as they are");
   if (app.get_option_no_throw("MESH") != nullptr)
-    add_mesh_crs(group, input,
-                 "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), where cameras are in another, with "
-                 "heights above its ellipsoid or theirs, whichever fits; models keep the mesh's coordinates, tilesets "
-                 "have the cameras'");
+    add_mesh_crs(
+        group, input,
+        "Reference system of the mesh (EPSG:25832, a WKT or PROJ string), if it is not the cameras'. Models keep the "
+        "mesh's coordinates, tilesets have the cameras'. Heights may be above either ellipsoid: the one that "
+        "fits is taken");
   add_skipping(app, input);
   group.number("--downscale", input.downscale, 1, 64, "N",
                "Reduce the photos N times in width and height, for a quick look; 1 to 64");
@@ -235,9 +240,7 @@ evaluate::Json method_json(const visibility::Method& method) {
 void add_rules(CLI::App& app, std::filesystem::path& allow) {
   OptionGroup{app, pipeline::kQuality}
       .add("--allow", allow, "FILE",
-           "Rules (JSON, GeoJSON or CSV) about parts of the mesh, and photos that alone may texture them or may not; "
-           "see "
-           "below")
+           "Rules (JSON, GeoJSON or CSV): which photos alone may texture a part of the mesh, or may not; see below")
       ->check(not_empty());
 }
 
@@ -251,7 +254,7 @@ void add_earlier_names(CLI::App& app, pipeline::Settings& settings, CommonOption
 }
 
 const char* const kRulesHelp =
-    R"(A line of --allow FILE is one of (a face is inside if its middle is; several rules all hold):
+    R"(A line of --allow FILE is one of (about faces whose middle lies inside; several rules all apply):
   box,X Y Z X Y Z,forbid,PHOTO;PHOTO...        polygon,X Y X Y X Y...,allow,PHOTO;PHOTO...
   faces,7 100-120 ...,forbid,PHOTO...          PHOTO: a name or glob, as in --views
   faces,@LIST,forbid,PHOTO...  LIST: a text file of such numbers, beside FILE

@@ -13,10 +13,10 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_photos(*app, options.input);
   OptionGroup{*app, pipeline::kInput}.flag(
       "--preview", options.input.preview,
-      fmt::format("Take a first look: of each place only {} photos, as far as frames tell, in 1/{} of their width and "
-                  "height unless --downscale says "
-                  "how much",
-                  kPreviewPhotosOfPlace, kPreviewReduction));
+      fmt::format(
+          "Take a quick look: some {} photos for each place, in 1/{} of their width and height; --downscale sets "
+          "another size",
+          kPreviewPhotosOfPlace, kPreviewReduction));
   OptionGroup{*app, pipeline::kResearch}.add(
       "--hold-out", options.input.hold_out, "K|LIST",
       "Texture without every K-th photo, or without these (names or globs), and mark them in views.json, so that gpvc "
@@ -24,8 +24,9 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   add_rules(*app, options.allow);
   OptionGroup{*app, pipeline::kOutput}
       .add("--from", options.from, "DIR",
-           "Make the result from an editable one in DIR that differs in --allow alone: only charts whose photos change "
-           "are made anew, on new pages; DIR may be OUT, with --force")
+           "Change the editable result in DIR: only faces that other --allow rules affect are textured anew, on new "
+           "pages. "
+           "With --force, DIR may be OUT")
       ->check(not_empty());
   add_output(*app, options);
   add_settings(*app, options.settings, options_for(pipeline::For::one_model));

@@ -50,7 +50,8 @@ Remark place_model(const std::filesystem::path& file, const std::filesystem::pat
 io::LoadedModel read_model_with_texture(const std::filesystem::path& file);
 
 /// What is wrong where no view of a model has a window to compare: the end of a sentence.
-inline constexpr const char* kNothingToCompare = "no view shows enough of it to compare; is it in the cameras' frame?";
+inline constexpr const char* kNothingToCompare =
+    "no view shows enough of it to compare; is it in the cameras' coordinates?";
 
 /// A table for people, one line a view and the mean.
 std::string evaluation_table(const Evaluation& evaluation);

@@ -124,7 +124,7 @@ template <io::Like<visibility::VisibilityOptions> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(offered(o.method, "visibility", views, kResearch, ""),
-                    offered(o.subpixel, "subpixel", views, kResearch, "Do not resolve faces smaller than a pixel"),
+                    offered(o.subpixel, "subpixel", views, kResearch, "Leave faces smaller than a pixel unresolved"),
                     hidden(o.draw_ivm, "draw-ivm", views));
 }
 
@@ -134,14 +134,16 @@ auto options_of(T& o) {
   return std::tuple(
       offered(
           o.term, "data-term", views, kResearch,
-          "What makes a view good for a face: its area in pixels or the image gradient integrated over it, alone or "
-          "times the squared cosine of the viewing angle"),
-      offered(
-          o.outliers, "outliers", labels, kQuality,
-          "Views that disagree in colour with the others (cars, people): keep them, raise their cost, or drop them"),
+          "What makes a photo good for a face. area: its pixels; gmi: the image gradient summed over them; -angle: the "
+          "same times the squared cosine of the viewing angle"),
+      offered(o.outliers, "outliers", labels, kQuality,
+              "Photos whose colour of a face differs from the others' (cars, people). clamp: not used there; damp: "
+              "used less; "
+              "none: used"),
       offered(o.keep_odd_views, "keep-odd-photos", labels, kInput,
-              "Use photos that agree with the others hardly better than chance, of other poses as a rule; by default "
-              "they are left out, and named"),
+              "Also use photos that show something else than the others do (as a rule their pose is wrong). By default "
+              "they "
+              "are left out and named"),
       number(
           o.margin_px, "margin", views, kResearch, "PX", 0, 64,
           "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there, 0 to 64; 0 is off"),
@@ -177,18 +179,20 @@ auto options_of(T& o) {
       number(o.texel_size, "texel-size", pages, kSize, "X", 1e-9, 1e9,
              "Smallest edge of a texel, in the mesh's units: charts with finer texels are reduced to it"),
       // How unseen faces are filled is decided after a page is kept.
-      offered(o.unseen, "unseen", page_files, kQuality,
-              "Faces that no photo shows: fill continues the colours around them, drop leaves them out of the GLB (the "
-              "OBJ keeps every face), color gives them one colour"),
+      offered(
+          o.unseen, "unseen", page_files, kQuality,
+          "Faces that no photo shows. fill: with the colours around them; drop: not in the GLB (the OBJ keeps every "
+          "face); color: in one colour"),
       number(o.unseen_color, "unseen-color", page_files, kQuality, "R,G,B", 0, 255,
              "The colour of unseen faces that get one, 0 to 255 each"),
       offered(o.seams, "seams", pages, kQuality,
-              "Colour levelling across seams: none; global, one correction per chart and vertex; or full, that and a "
-              "blend near the seam"),
-      offered(o.blend, "blend", pages, kQuality,
-              "coarse: what is coarser than some four pixels comes in part from all photos that see a place whole, so "
-              "that they differ less along seams, while fine detail is that of one photo; none: every face shows one "
-              "photo alone"),
+              "Levelling of colours across seams. global: one correction per chart and vertex; full: that, and a blend "
+              "near "
+              "the seam; none: colours as in the photos"),
+      offered(
+          o.blend, "blend", pages, kQuality,
+          "coarse: brightness and colour come in part from all photos that see a place whole, fine detail (up to some "
+          "four pixels) from one; none: everything from one photo"),
       only(For::one_model, number(o.max_pages, "max-pages", pages, kSize, "N", 1, 1e6,
                                   "Reduce all charts by one factor to fit on N pages")),
       only(For::one_model,
@@ -215,8 +219,7 @@ auto options_of(T& o) {
                    "the model")),
       offered(
           o.lit, "lit", models, kOutput,
-          "Let viewers light the GLB, for scenes with lights; by default it is shown as its photos are, which hold the "
-          "light they were taken in (KHR_materials_unlit)"),
+          "Let viewers shade the GLB with their lights. By default it looks as in the photos (KHR_materials_unlit)"),
       offered(o.up, "up", models, kOutput,
               "Axis of the scene that points up in the GLB; auto: away from the cameras' mean viewing direction"));
 }
@@ -229,26 +232,28 @@ auto options_of(T& o) {
       std::tuple(
           hidden(o.device, "device", views, -1, 1e4),
           offered(o.allow_misfit, "allow-misfit", nothing, kInput,
-                  "Texture a scene where most photos agree hardly better than chance, or whose mesh is not where the "
-                  "photos or tie points show it, which is refused otherwise, with the mistake that explains it"),
+                  "Texture although most photos disagree, or the mesh is not where photos or tie points show it. "
+                  "Without this "
+                  "the run stops and names the likely mistake"),
           offered(o.allow_unseen, "allow-unseen", nothing, kInput,
-                  "Texture a mesh of which all photos together see less than 5 % of the faces, which is refused "
-                  "otherwise: it is one in other coordinates as a rule"),
+                  "Texture although photos see less than 5 % of the faces. Without this the run stops: as a rule the "
+                  "mesh is in "
+                  "other coordinates"),
           hidden(o.view_rules, "allow", labels),
           offered(
               o.edge_weights, "edge-weights", labels, kResearch,
               "What a seam's cost is multiplied by: 1, the length of the edge, its flatness (seams are less visible "
               "in folds), or both"),
           number(o.memory_bytes, "memory", nothing, kMachine, kBytes.data(), 0, 0,
-                 "Stay below this much memory, 600M or 4G; more of it saves decoding photos twice. The result is the "
-                 "same"),
+                 "Stay below this much memory (600M, 4G). More of it decodes fewer photos twice; the model is the "
+                 "same. A scene "
+                 "that does not fit is textured in tiles"),
           only(For::one_process,
                offered(o.keep_work, "resume", nothing, kMachine,
                        "Keep finished work in OUT/.work until all is done, so that the same command goes on from there "
                        "if it is cut off; auto: if it may take more than a minute")),
           only(For::one_model, offered(o.editable, "editable", nothing, kOutput,
-                                       "Also write edit-views.bin, edit-model.bin and edit-hashes.txt, with which the "
-                                       "result can be changed"))));
+                                       "Also keep what it takes to change this result later: three files, edit-*"))));
 }
 
 namespace detail {
