@@ -243,10 +243,13 @@ std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
   return counts;
 }
 
+bool FitLook::compares(ViewId id) const {
+  return is_compared(static_cast<std::size_t>(std::ranges::lower_bound(among_, id) - among_.begin()), among_.size());
+}
+
 ViewFit FitLook::at(ViewId id, const Image& photo, const visibility::ViewVisibility& visible) const {
-  const auto number = static_cast<std::size_t>(std::ranges::lower_bound(among_, id) - among_.begin());
   return {visible.statistics.full + visible.statistics.partial > 0, tie_points_.counts(id, visible.ivm),
-          is_compared(number, among_.size()) ? small_photo(photo) : SmallPhoto{}};
+          compares(id) ? small_photo(photo) : SmallPhoto{}};
 }
 
 void FitEvidence::add(ViewId id, ViewFit view) {

@@ -27,7 +27,7 @@ inline constexpr double kLeastSeen = 0.05;
 struct ViewFit {
   bool sees_faces = false;
   FitGroups tie_points{};
-  SmallPhoto preview{};  ///< of photos that are compared, see is_compared()
+  SmallPhoto preview{};  ///< of photos that are compared, else empty
 };
 
 /// Looks at views for that. Borrows what it is given.
@@ -36,6 +36,8 @@ class FitLook {
   /// \param among the views of which some are compared, ascending
   FitLook(const Input& input, std::vector<io::TiePoint> points, std::span<const ViewId> among)
       : tie_points_(input, std::move(points)), among_(among) {}
+  /// True for views whose photos are compared: their ViewFit has a preview.
+  bool compares(ViewId id) const;
   /// O(pixels).
   ViewFit at(ViewId id, const Image& photo, const visibility::ViewVisibility& visible) const;
   std::span<const io::TiePoint> points() const { return tie_points_.points(); }

@@ -78,6 +78,8 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
     return kBadUsage;
   } catch (const std::bad_alloc&) {
     console->error("out of memory");
+  } catch (const std::filesystem::filesystem_error& e) {
+    console->error(fmt::format("{}: {}", e.path1().string(), e.code().message()));
   } catch (const std::system_error& e) {
     // What std::thread throws does not say so.
     console->error(e.code() == std::errc::resource_unavailable_try_again

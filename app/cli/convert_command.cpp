@@ -11,6 +11,7 @@
 #include "app/cli/scene_input.h"
 #include "app/pipeline/undistort.h"
 #include "io/mesh.h"
+#include "io/output_file.h"
 
 namespace gpvc::cli {
 namespace {
@@ -67,12 +68,6 @@ void refuse_overwriting(const ConvertOptions& options, const Scene& scene, const
       throw OutputError(file, "belongs to the scene that is converted" + advice);
     folder.refuse_foreign_file(place.generic_string());
   }
-}
-
-void copy_whole(const fs::path& from, const fs::path& to) {
-  std::error_code failed;
-  fs::copy_file(from, to, failed);
-  if (failed) throw OutputError(to, "cannot be copied from " + from.string() + ": " + failed.message());
 }
 
 struct Frame {
@@ -247,7 +242,7 @@ class Conversion {
   void write_photo(std::size_t i, io::PhotoSource& photos) {
     const View& view = view_of(scene_, used_[i]);
     const fs::path file = folder_.file(places_[i]);
-    if (copies_photos()) return copy_whole(view.photo, file);
+    if (copies_photos()) return io::copy_file(view.photo, file);
     const io::ImageFormat format = is_jpeg(file) ? io::ImageFormat::jpg : io::ImageFormat::png;
     const io::ColorProfile profile = io::read_color_profile(view.photo);
     const auto photo = photos.photo(used_[i]);
@@ -264,7 +259,7 @@ class Conversion {
     if (!masks_[i]) return;
     // Masks are written as PNG without alpha, which other programs ignore.
     const bool unchanged = copies_photos() && io::has_plain_mask(view);
-    if (unchanged) return copy_whole(view.mask, folder_.file(*masks_[i]));
+    if (unchanged) return io::copy_file(view.mask, folder_.file(*masks_[i]));
     const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
     if (!exclusion && !options_.undistort) return;
     const Image mask = options_.undistort

@@ -48,7 +48,7 @@ Json read_listing(const fs::path& job) {
 void check_listing(const fs::path& job, const tiles::JobSettings& settings) {
   const Json json = read_listing(job);
   const Json listed = json.contains("settings") ? json["settings"] : Json();
-  const Json made = Json::parse(settings_json(settings, options_for(pipeline::For::all)).dump());
+  const Json made = Json::parse(evaluate::json_text(settings_json(settings, options_for(pipeline::For::all))));
   std::vector<std::string> other;
   for (const auto& [name, value] : made.items())
     if (!listed.is_object() || !listed.contains(name) || listed[name] != value) other.push_back(name);
@@ -152,6 +152,7 @@ void run_unit(const UnitOptions& options, Console& console) {
   if (options.all) driver.emplace(options.job);
   console.note_kept(options.job / "units", "units that are complete are kept");
   tiles::UnitRunner runner(tiles::JobFolder(options.job), {options.limits.memory_bytes, options.common.device}, record);
+  const EndsSoonAfterSignal ends([&] { console.interrupted(); });  // units survive kills
   check_listing(options.job, runner.job().settings);
   std::vector<const tiles::Unit*> units;
   for (const std::string& name : options.names) try {

@@ -12,8 +12,8 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   out.commit();
 }
 
-void write_json(const std::filesystem::path& file, const Json& json) {
-  write_text(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
-}
+std::string json_text(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+void write_json(const std::filesystem::path& file, const Json& json) { write_text(file, json_text(json)); }
 
 }  // namespace gpvc::evaluate

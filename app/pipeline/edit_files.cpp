@@ -37,7 +37,7 @@ io::WorkKey views_key(const ResultKeys& keys) {
 void write_result(const char* name, const io::WorkKey& key, OutputFolder& folder,
                   const std::function<void(io::WorkStore::Writer&)>& write) {
   folder.file(name);
-  folder.file(kEditHashesFile);
+  if (std::ranges::find(folder.promised(), kEditHashesFile) == folder.promised().end()) folder.file(kEditHashesFile);
   io::WorkStore store(folder.in_making(), kEditHashesFile);
   store.keep(name, key, write);
   if (const auto failure = store.failure()) throw OutputError(folder.path() / name, *failure);

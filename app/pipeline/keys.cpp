@@ -5,7 +5,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "app/pipeline/options.h"
@@ -35,15 +41,36 @@ std::vector<std::optional<io::WorkKey>> photo_keys(const Run& run) {
   return keys;
 }
 
+// The file that this code was loaded from, if that is a shared library of somebody else's program.
+std::optional<std::string> shared_library() {
+  const auto here = reinterpret_cast<std::uintptr_t>(&add_mesh);
+  std::error_code none;
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe", none);
+  std::ifstream maps("/proc/self/maps");  // lines such as "55d0c000-55d0f000 r-xp 00002000 08:01 1234    /usr/bin/name"
+  for (std::string line; std::getline(maps, line);) {
+    const std::uintptr_t begin = std::stoull(line, nullptr, 16),
+                         end = std::stoull(line.substr(line.find('-') + 1), nullptr, 16);
+    const std::size_t path = line.find('/');
+    if (here >= begin && here < end && path != std::string::npos && line.substr(path) != program)
+      return line.substr(path);
+  }
+  return std::nullopt;
+}
+
 // Of what all parts come from. nullopt if this program cannot be read.
 std::optional<io::WorkKey> common_key(const Run& run) {
   io::WorkHash hash;
   try {
     hash.add_file("/proc/self/exe");
+    if (const auto library = shared_library()) hash.add_file(*library);
   } catch (const InputError&) {
     return std::nullopt;
   }
-  if (const auto tie_points = io::tie_points_file(run.input.scene)) hash.add_file(*tie_points);
+  if (const auto tie_points = io::tie_points_file(run.input.scene)) try {
+      hash.add_file(*tie_points);
+    } catch (const InputError&) {
+      hash.add(std::string_view("unreadable"));  // of which a run that needs them warns
+    }
   add_mesh(hash, run.input.mesh);
   add_options(hash, run.settings, Affects::views);
   return hash.key();
@@ -118,6 +145,7 @@ std::optional<StepKeys> step_keys(const Run& run) {
     labels.add(hash.key());
   }
   add_options(labels, run.settings, Affects::labels);
+  labels.add(run.settings.allow_misfit);  // where labels are kept, the mesh was found right or this was given
   for (const ViewRule& rule : run.settings.view_rules) {  // whatever they are called
     labels.add(rule.region);
     labels.add(rule.allow);
@@ -132,6 +160,9 @@ std::optional<StepKeys> step_keys(const Run& run) {
 }
 
 ResultKeys result_keys(const Run& run) {
+  Settings settings = run.settings;
+  if (std::holds_alternative<visibility::Gpvc>(settings.visibility.method))
+    settings.device = Settings{}.device;  // classes are the same on all of them
   io::WorkHash mesh, options;
   add_mesh(mesh, run.input.mesh);
   std::vector<ViewKeys> views;
@@ -142,8 +173,8 @@ ResultKeys result_keys(const Run& run) {
     add_view(camera, view);
     views.push_back({id, view.name, photo.value_or(io::WorkKey{}), camera.key()});
   }
-  add_options(options, run.settings, Affects::page_files);
-  return {mesh.key(), std::move(views), options.key(), option_texts(run.settings, Affects::page_files)};
+  add_options(options, settings, Affects::page_files);
+  return {mesh.key(), std::move(views), options.key(), option_texts(settings, Affects::page_files)};
 }
 
 std::string difference(const ResultKeys& result, const ResultKeys& now) {

@@ -130,6 +130,7 @@ class Sight {
         return known_.has_value();
       };
       steps.take = [this](ViewId id) {
+        collector_.add_statistics(id, known_->statistics);
         // Seconds are those of this run.
         visibility::VisibilityStatistics& s = known_->visibility;
         for (double* seconds :
@@ -155,11 +156,14 @@ class Sight {
     return steps;
   }
 
-  // Adds its statistics. Values that no run keeps count as none, whatever the hash of their file says.
-  bool may_be_of(ViewId id, const SeenView& seen) {
+  // Values that no run keeps count as none, whatever the hash of their file says; nor does a view that was seen when others
+  // were to be compared. Runs beside steps.decoded of the view before.
+  bool may_be_of(ViewId id, const SeenView& seen) const {
     const View& view = run_.input.scene.views[index(id)];
     return seen.coverage.view == id && is_sound(seen.fit, view.camera) &&
-           is_sound(seen.coverage, run_.input.mesh, view) && collector_.add_statistics(id, seen.statistics);
+           seen.fit.preview.image.pixels.empty() != look_.compares(id) &&
+           is_sound(seen.coverage, run_.input.mesh, view) &&
+           labeling::is_sound(seen.statistics, run_.input.mesh.faces.size());
   }
 
   void add(ViewId id, SeenView seen) {

@@ -205,9 +205,7 @@ void ModelFiles::take_page(std::size_t number, Image page) {
 
 void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image& page) {
   run_.observer.check_cancelled();
-  std::error_code failed;
-  fs::copy_file(from, pages_[number].file, failed);
-  if (failed) throw OutputError(pages_[number].file, fmt::format("cannot be copied: {}", failed.message()));
+  io::copy_file(from, pages_[number].file);
   page_sizes_[number] = {page.width, page.height};
   preview_pages_[number] = io::reduce_image(page, reduction_);
   --left_;

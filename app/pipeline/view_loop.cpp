@@ -46,8 +46,8 @@ std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSt
   }
   const std::launch policy = launch_policy();
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
-  std::future<void> costs;  // waited for before what it uses goes, also where the run is cancelled
   checks::BlackBorders borders;
+  std::future<void> costs;  // waited for before what it uses goes, also where the run is cancelled
   std::size_t n = 0;
   try {
     for (; n < input.views.size(); ++n) {

@@ -60,12 +60,10 @@ FolderLock::FolderLock(const fs::path& folder) : file_(folder / ".gpvc-lock") {
   static_cast<void>(ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) > 0);
 }
 
-void FolderLock::release() noexcept {
+FolderLock::~FolderLock() {
   if (descriptor_ < 0) return;
   unlink(file_.c_str());
   close(descriptor_);
-  descriptor_ = -1;
-  held_ = false;
 }
 
 }  // namespace gpvc::results

@@ -11,14 +11,12 @@ class FolderLock {
  public:
   /// Throws OutputError when another run holds the lock (naming its process), filesystem_error when no file can be made.
   explicit FolderLock(const std::filesystem::path& folder);
-  ~FolderLock() { release(); }
+  ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
   /// False where the file system has no locks: other runs may be under way.
   bool held() const { return held_; }
-  /// Removes the file. Does nothing the second time.
-  void release() noexcept;
 
  private:
   std::filesystem::path file_;

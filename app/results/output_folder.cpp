@@ -29,7 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".gpvc-unfinished-";
-constexpr const char* kEarlier = ".gpvc-earlier-";  ///< of versions before the journal
 
 // True if the command may write this file at the top of OUT, as far as that is known before it runs.
 bool is_written_by(std::string_view command, const std::string& name) {
@@ -187,6 +186,7 @@ void OutputFolder::create() {
 }
 
 void OutputFolder::refuse_results_in_the_way(bool force, std::string_view command, bool repaired) {
+  static_cast<void>(checkpoints());  // refuses a link now rather than when the result is published
   // Another command's result (a scene, a model) is likely to be the input of something.
   const EarlierResult earlier = earlier_result(out_);
   if (!earlier.command.empty() && earlier.command != command)
@@ -200,10 +200,6 @@ void OutputFolder::refuse_results_in_the_way(bool force, std::string_view comman
   for (const std::string& name : listed_) refuse_link(name);
   for (const auto& entry : fs::directory_iterator(out_)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with(kEarlier))
-      throw OutputError(entry.path(),
-                        "holds an earlier result, as a run was killed while it replaced it; move the files back or "
-                        "remove them first");
     if (is_written_by(command, name)) refuse_foreign_file(name);
   }
 }

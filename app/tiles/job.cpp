@@ -48,6 +48,7 @@ io::WorkKey job_key(const pipeline::Run& run, std::string_view program, const Jo
   hash.add(job.model);
   hash.add(job.tiles_model);
   hash.add(job.color_profile);
+  hash.add(job.tie_points);
   for (const ViewId id : run.input.views) {
     const View& view = run.input.scene.views[index(id)];
     hash.add(view.photo);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "app/pipeline/memory.h"
 #include "app/tiles/done.h"
@@ -17,7 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path job_folder(const results::OutputFolder& folder) { return folder.checkpoints() / "job"; }
+// Kept for the next run, or gone with this one.
+fs::path job_folder(const results::OutputFolder& folder, pipeline::KeepWork keep) {
+  return keep == pipeline::KeepWork::never ? folder.in_making() / ".job" : folder.checkpoints() / "job";
+}
 
 double most_memory(std::span<const Unit> units) {
   double most = 0;
@@ -57,22 +61,19 @@ JobSettings settings_within(const checks::Input& input, const pipeline::Settings
 void texture_in_tiles(const pipeline::Run& run, const std::string& program, pipeline::OutputFolder& folder) {
   const auto& [input, settings, photos, observer, kept] = run;
   const JobSettings fitting = settings_within(input, settings, observer);
-  const JobFolder job(job_folder(folder));
-  try {
-    fs::create_directories(job.path());
-    make_job(job, input, fitting, program, observer);
-    release_freed_memory();
-    UnitRunner runner(job, {settings.memory_bytes, settings.device}, observer);
-    for (const Unit& unit : runner.units()) runner.run(unit);
-  } catch (...) {
-    if (settings.keep_work == pipeline::KeepWork::never) remove_job(folder.path());
-    throw;
-  }
+  for (const char* name : {"tileset.json", "index.html"})
+    folder.refuse_foreign_file(name);  // now rather than in the end
+  const JobFolder job(job_folder(folder, settings.keep_work));
+  fs::create_directories(job.path());
+  make_job(job, input, fitting, program, observer);
+  release_freed_memory();
+  UnitRunner runner(job, {settings.memory_bytes, settings.device}, observer);
+  for (const Unit& unit : runner.units()) runner.run(unit);
   const fs::path result = job.path() / "result";
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(result)) {
-    if (!entry.is_regular_file()) continue;
-    fs::rename(entry.path(), folder.file(fs::relative(entry.path(), result)));
-  }
+  std::vector<std::pair<fs::path, fs::path>> moves;  // the folder takes all names before the job loses a file
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(result))
+    if (entry.is_regular_file()) moves.emplace_back(entry.path(), folder.file(fs::relative(entry.path(), result)));
+  for (const auto& [from, to] : moves) fs::rename(from, to);
 }
 
 void remove_job(const fs::path& out) {

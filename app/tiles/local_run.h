@@ -11,7 +11,8 @@ namespace gpvc::tiles {
 
 /// Makes a job in the folder's kept work, of tiles as large as Settings::memory_bytes (0: default_memory_limit()) allows,
 /// runs its units, and writes the job's result into the folder: tileset.json, tiles/, obj/. Units that an earlier run has
-/// completed are taken over, and stay where a later unit fails, unless Settings::keep_work is `never`. Throws MemoryError
+/// completed are taken over, and stay where a later unit fails; with Settings::keep_work `never` the job is part of what the
+/// folder has in the making, and goes with that. Throws MemoryError
 /// where no tiles are small enough, and what make_job() and units throw.
 void texture_in_tiles(const pipeline::Run& run, const std::string& program, results::OutputFolder& folder);
 

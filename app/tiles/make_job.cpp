@@ -167,7 +167,7 @@ void cut(const checks::Input& input, const JobSettings& settings, results::Obser
   const std::size_t leaves = tileset::leaf_count(input.mesh.faces.size(), settings.tiles.faces_per_tile);
   const int depth = tileset::tree_depth(leaves);
   const std::size_t tiles = std::size_t{1} << (2 * depth);
-  const io::UpAxis up = pipeline::scene_up(input.scene, input.views);
+  const io::UpAxis up = settings.texture.output.up.value_or(pipeline::scene_up(input.scene, input.views));
   const std::vector<std::uint32_t> leaf = tileset::leaf_of_faces(input.mesh, up, leaves);
   TileCutter cutter(input.mesh, leaf, tiles);
   Level finest;

@@ -42,7 +42,6 @@ class TileCutter {
   TileMesh cut(std::uint32_t tile);
   /// Tiles that share an edge with this one, ascending.
   std::vector<std::uint32_t> beside(std::uint32_t tile) const;
-  std::span<const std::uint32_t> faces_of(std::uint32_t tile) const { return faces_[tile]; }
 
  private:
   const Mesh& mesh_;

@@ -50,6 +50,10 @@ io::WorkKey UnitRunner::key_of(const Unit& unit) {
     throw InputError(folder_.path(), "unit " + unit.name,
                      fmt::format("{} must be complete before: {}", missing.size() == 1 ? "a unit" : "units",
                                  results::readable_list(missing, 5)));
+  if (unit.stage == Stage::judge) {  // whether it ends well depends on them
+    hash.add(settings_.allow_misfit);
+    hash.add(settings_.allow_unseen);
+  }
   photos_.add(unit, hash);
   return hash.key();
 }

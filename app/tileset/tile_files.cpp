@@ -47,8 +47,14 @@ PageFiles::PageFiles(std::filesystem::path folder, std::string prefix, const pip
     : folder_(std::move(folder)), prefix_(std::move(prefix)), settings_(settings), profile_(std::move(profile)) {}
 
 void PageFiles::begin(const atlas::AtlasEstimate& size) {
-  for (std::size_t p = 0; p < size.pages; ++p)
-    files_.push_back({folder_ / (prefix_ + pipeline::page_name(p, settings_.texture)), settings_.texture});
+  const auto file = [&](std::size_t page) {
+    return folder_ / (prefix_ + pipeline::page_name(page, settings_.texture));
+  };
+  for (std::size_t p = 0; p < size.pages; ++p) files_.push_back({file(p), settings_.texture});
+  // Those of an earlier result, which may have had more.
+  std::error_code none;
+  for (std::size_t p = size.pages; std::filesystem::remove(file(p), none); ++p) {
+  }
 }
 
 void PageFiles::take_page(std::size_t number, Image page) {

@@ -36,6 +36,16 @@ struct Level {
   double texel_size = 0;
 };
 
+// Pages are those of tiles, of which the settings of a texture know nothing.
+atlas::KeptPages pages_of_tiles(pipeline::Checkpoint& checkpoint, std::span<const std::uint32_t> tile) {
+  atlas::KeptPages kept = checkpoint.pages();
+  io::WorkHash hash;
+  hash.add(kept.key);
+  hash.add(tile);
+  kept.key = hash.key();
+  return kept;
+}
+
 class TilesetMaker {
  public:
   TilesetMaker(const pipeline::Run& run, const TilesetSettings& settings, pipeline::OutputFolder& folder)
@@ -51,8 +61,7 @@ class TilesetMaker {
 
   TilesetReport make() {
     const int depth = tree_depth(leaves_);
-    const io::UpAxis up = pipeline::scene_up(input_.scene, input_.views);
-    const std::vector<std::uint32_t> leaf = leaf_of_faces(input_.mesh, up, leaves_);
+    const std::vector<std::uint32_t> leaf = leaf_of_faces(input_.mesh, up(), leaves_);
     const double photo_texel = median_pixel();
     std::vector<double> exact(std::size_t{1} << (2 * depth), 0.0);
     const std::vector<pipeline::ViewRule>& rules = run_.settings.view_rules;
@@ -117,8 +126,8 @@ class TilesetMaker {
         pipeline::atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
     from.tile = level.tile;
     PageFiles pages(folder_.in_making(), "page-", settings.output, profile_);
-    const pipeline::BakeSpace space{.scratch_folder = folder_.in_making(),
-                                    .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
+    pipeline::BakeSpace space{.scratch_folder = folder_.in_making()};
+    if (checkpoint) space.kept = pages_of_tiles(*checkpoint, level.tile);
     const atlas::TextureAtlas atlas = pipeline::bake_into(run, from, memory, space, &pages);
     if (checkpoint) checkpoint->warn_of_failure(observer_);
     write_tiles(level, atlas, chosen, pages.files());
@@ -126,6 +135,8 @@ class TilesetMaker {
     pages.remove();
     release_freed_memory();
   }
+
+  io::UpAxis up() const { return run_.settings.output.up.value_or(pipeline::scene_up(input_.scene, run_.input.views)); }
 
   void keep_used_views(std::span<const ViewId> labels) {
     std::vector<std::uint8_t> used(input_.scene.views.size(), 0);
@@ -169,8 +180,7 @@ class TilesetMaker {
     const int reduction = pipeline::preview_reduction(atlas.statistics.page_texels);
     std::vector<Image> reduced;
     for (const io::PageFile& page : pages) reduced.push_back(io::reduce_image(io::read_image(page.file), reduction));
-    pipeline::write_preview(input, atlas.model, reduced, labels, pipeline::scene_up(input.scene, input.views), profile_,
-                            folder_.file("preview.png"));
+    pipeline::write_preview(input, atlas.model, reduced, labels, up(), profile_, folder_.file("preview.png"));
   }
 
   void note(const Level& level, const atlas::TextureAtlas& atlas, std::span<const Tile> tiles) {

@@ -274,8 +274,12 @@ TEST_F(CheckpointTest, ALinkIsNotFollowed) {
   fs::create_directories(out_);
   fs::create_directory_symlink(elsewhere, work_);
   pipeline::Settings settings;
-  Cutter cutter;
-  EXPECT_THROW(texture(settings, cutter), OutputError);
+  for (const KeepWork keep : {KeepWork::automatic, KeepWork::never}) {
+    settings.keep_work = keep;
+    Cutter cutter;
+    EXPECT_THROW(texture(settings, cutter), OutputError);
+    EXPECT_FALSE(fs::exists(out_ / "model.obj")) << "refused before anything is published";
+  }
   EXPECT_TRUE(fs::is_empty(elsewhere));
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/checks/frame_check.h"
+#include "app/pipeline/keys.h"
 #include "app/tiles/make_job.h"
 #include "app/tiles/units.h"
 #include "app/tileset/tileset.h"
@@ -95,6 +96,19 @@ class OneRun : public testing::Test {
     }
   }
 
+  // The files of a tileset, by name.
+  std::map<std::string, std::string> make_tileset(const fs::path& where, results::Observer& observer, bool publish) {
+    io::PhotoCache photos(scene_);
+    results::OutputFolder out(where, true, "tileset");
+    tileset::tileset_into({{scene_, city_->mesh, city_->views}, settings_.texture, photos, observer}, settings_.tiles,
+                          out);
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(out.in_making()))
+      if (entry.is_regular_file()) files[fs::relative(entry.path(), out.in_making())] = test::read_file(entry.path());
+    if (publish) out.publish();
+    return files;
+  }
+
   static inline std::unique_ptr<City> city_;
   test::TemporaryFolder folder_;
   Scene scene_ = city_->scene;
@@ -143,31 +157,51 @@ class WriteCutter : public results::Observer {
 };
 
 TEST_F(OneRun, ATilesetGoesOnFromWhereItWasCutOff) {
-  io::PhotoCache photos(scene_);
-  const auto make = [&](const fs::path& where, results::Observer& observer, bool publish) {
-    results::OutputFolder out(where, true, "tileset");
-    tileset::tileset_into({{scene_, city_->mesh, city_->views}, settings_.texture, photos, observer}, settings_.tiles,
-                          out);
-    std::map<std::string, std::string> files;
-    for (const auto& entry : fs::recursive_directory_iterator(out.in_making()))
-      if (entry.is_regular_file()) files[fs::relative(entry.path(), out.in_making())] = test::read_file(entry.path());
-    if (publish) out.publish();
-    return files;
-  };
   settings_.texture.keep_work = pipeline::KeepWork::never;
-  const auto whole = make(folder_.path() / "whole", silent_, false);
+  const auto whole = make_tileset(folder_.path() / "whole", silent_, false);
   ASSERT_TRUE(whole.contains("tiles/1_0.glb"));
   settings_.texture.keep_work = pipeline::KeepWork::always;
   for (const int cut : {1, 2}) {  // while level 0 is written, and level 1
     const fs::path out = folder_.path() / ("cut" + std::to_string(cut));
     WriteCutter cutter(cut), rest(-1);
-    EXPECT_THROW(make(out, cutter, false), Cancelled);
+    EXPECT_THROW(make_tileset(out, cutter, false), Cancelled);
     EXPECT_TRUE(fs::exists(out / ".work" / ("level-" + std::to_string(cut - 1))));
-    EXPECT_EQ(make(out, rest, true), whole);
+    EXPECT_EQ(make_tileset(out, rest, true), whole);
     // See, choose and bake of each level that was finished.
     EXPECT_EQ(rest.taken_over, 3 * cut);
     EXPECT_FALSE(fs::exists(out / ".work")) << "nothing is left behind a complete result";
   }
+}
+
+TEST_F(OneRun, TilesDivideTheGroundBelowTheAxisThatIsUp) {
+  for (const bool x_is_up : {false, true}) {
+    if (x_is_up) settings_.texture.output.up = io::UpAxis::pos_x;
+    const fs::path out = folder_.path() / (x_is_up ? "x" : "found");
+    make_tileset(out, silent_, true);
+    int on_both_sides = 0;
+    for (int tile = 0; tile < 4; ++tile) {
+      const io::LoadedModel loaded = io::read_textured_model(out / "tiles" / ("0_" + std::to_string(tile) + ".glb"));
+      const checks::Box box = checks::box_of(loaded.mesh);
+      const double fifth = (checks::box_of(city_->mesh).high.x - checks::box_of(city_->mesh).low.x) / 5;
+      on_both_sides += box.low.x < middle_ - fifth && box.high.x > middle_ + fifth ? 1 : 0;
+    }
+    EXPECT_EQ(on_both_sides, x_is_up ? 4 : 0);
+  }
+}
+
+TEST_F(OneRun, AnEarlierResultsDeviceDoesNotMatter) {
+  io::PhotoCache photos(scene_);
+  const checks::Input input{scene_, city_->mesh, city_->views};
+  pipeline::Settings other = settings_.texture;
+  other.device = 1;
+  const auto keys = pipeline::result_keys({input, settings_.texture, photos, silent_});
+  EXPECT_EQ(pipeline::difference(keys, pipeline::result_keys({input, other, photos, silent_})), "");
+  other.visibility.method = visibility::ShadowMap{.epsilon = 0.1};
+  pipeline::Settings one = other;
+  one.device = 0;
+  EXPECT_NE(pipeline::difference(pipeline::result_keys({input, one, photos, silent_}),
+                                 pipeline::result_keys({input, other, photos, silent_})),
+            "");
 }
 
 }  // namespace

@@ -71,5 +71,21 @@ TEST_F(MovedMesh, IsTexturedWhereThatIsWanted) {
   EXPECT_EQ(run(words("texture", {"--allow-misfit"})).exit_code, 0);
 }
 
+// Work of a run that was told to go on all the same says nothing about the mesh.
+TEST_F(MovedMesh, IsRefusedThoughWorkOfAnAllowedRunIsKept) {
+  Program allowed(words("texture", {"--allow-misfit", "--resume", "always"}));
+  while (allowed.running() && !fs::exists(out_ / ".work" / "labels")) usleep(1000);
+  allowed.send(SIGKILL);
+  allowed.wait();
+  ASSERT_TRUE(fs::exists(out_ / ".work" / "labels"));
+  expect_one_sentence(run(words("texture", {"--resume", "always"})), "moved.ply", kFound);
+
+  fs::remove_all(out_);
+  ASSERT_EQ(run(words("tiles", {"--tile-faces", "1000", "--allow-misfit"})).exit_code, 0);
+  ASSERT_EQ(run({"unit", out_.string(), "--all"}).exit_code, 0);
+  ASSERT_EQ(run(words("tiles", {"--tile-faces", "1000", "--force"})).exit_code, 0);
+  expect_one_sentence(run({"unit", out_.string(), "--all"}), "moved.ply", kFound);
+}
+
 }  // namespace
 }  // namespace gpvc

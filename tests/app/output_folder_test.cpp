@@ -214,11 +214,5 @@ TEST_F(OutputFolderTest, SaysBeforeTheWorkThatTheDiskIsTooFull) {
   EXPECT_THROW(folder.expect_space(2 * free + 1e9, 2 * free + 1e9, observer), OutputError);
 }
 
-TEST_F(OutputFolderTest, AResultThatAKilledRunHeldIsTold) {
-  put(".gpvc-earlier-a1B2c3/model.obj", "first");
-  EXPECT_NE(refusal(true).find("earlier result"), std::string::npos);
-  EXPECT_EQ(read_file(out_ / ".gpvc-earlier-a1B2c3/model.obj"), "first");
-}
-
 }  // namespace
 }  // namespace gpvc

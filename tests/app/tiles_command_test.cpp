@@ -117,6 +117,9 @@ TEST_F(TilesCommand, AJobThatDiffersInAnythingStartsAnew) {
   words.push_back("--no-masks");
   leave_unit();
   EXPECT_TRUE(is_replaced_by(words)) << "without masks";
+  leave_unit();
+  std::ofstream(scene_ / "colmap" / "points3D.txt", std::ios::app) << "999999 1 1 1 9 9 9 0.5 1 1 2 1\n";
+  EXPECT_TRUE(is_replaced_by(words)) << "with another tie point";
 }
 
 TEST_F(TilesCommand, EveryUnitIsOneThatTheLastWaitsFor) {
@@ -205,6 +208,12 @@ TEST_F(TilesCommand, RefusesWhatDoesNotFitTogether) {
   EXPECT_EQ(unit({"see-0-99"}).exit_code, 2);
   EXPECT_EQ(unit({}).exit_code, 2) << "neither names nor --all";
   expect_one_sentence(unit({"judge"}), "unit judge", "see-0-0");
+  fs::create_directories(out_ / "units");
+  std::ofstream(out_ / "units" / "see-0-0") << "a file in the way";
+  const Outcome in_the_way = unit({"see-0-0"});
+  expect_one_sentence(in_the_way, (out_ / "units" / "see-0-0").string(), "ot a directory");
+  EXPECT_FALSE(contains(in_the_way.err, "filesystem error")) << in_the_way.err;
+  fs::remove(out_ / "units" / "see-0-0");
 
   const int lock = open((out_ / ".gpvc-lock").c_str(), O_RDWR | O_CREAT, 0600);
   ASSERT_EQ(flock(lock, LOCK_EX), 0);
@@ -214,6 +223,39 @@ TEST_F(TilesCommand, RefusesWhatDoesNotFitTogether) {
   const Json job = Json::parse(read_file(out_ / "job.json"));
   replace_in(out_ / "job.json", job["program"], "0.0.0 (other)");
   expect_one_sentence(unit({"--all"}), "job.json", "was made by gpvc 0.0.0 (other)");
+}
+
+TEST_F(TilesCommand, NamesAreTextsOfAnyBytes) {
+  ASSERT_EQ(run(tiles({"--copyright",
+                       "\xe9"
+                       "cole"}))
+                .exit_code,
+            0);
+  const Outcome plan = run({"plan", out_.string()});
+  EXPECT_EQ(plan.exit_code, 0) << plan.err;
+}
+
+TEST_F(TilesCommand, TextureInTilesLeavesNoWorkWhereNoneIsToBeKept) {
+  Program interrupted(texture(out_, {"--memory", "230M", "--no-resume"}));
+  const auto has_begun = [&] {
+    if (!fs::exists(out_)) return false;
+    for (const auto& entry : fs::directory_iterator(out_))
+      if (fs::exists(entry.path() / "new" / ".job" / "units")) return true;
+    return false;
+  };
+  while (interrupted.running() && !has_begun()) usleep(1000);
+  EXPECT_FALSE(fs::exists(out_ / ".work"));
+  interrupted.send(SIGINT);
+  EXPECT_EQ(interrupted.wait().exit_code, 130);
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+TEST_F(TilesCommand, TextureInTilesRefusesAFileInTheWayAtOnce) {
+  fs::create_directories(out_);
+  std::ofstream(out_ / "index.html") << "mine";
+  expect_one_sentence(run(texture(out_, {"--memory", "230M"})), "index.html", "would be replaced");
+  EXPECT_FALSE(fs::exists(out_ / ".work")) << "before any unit ran";
+  EXPECT_EQ(read_file(out_ / "index.html"), "mine");
 }
 
 TEST_F(TilesCommand, TextureGoesOnInTilesWhereMemoryIsShort) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -483,6 +484,19 @@ TEST(TilesetJson, ParentsHoldTheirChildren) {
 // --- the photos of a tile's faces
 
 // A camera 50 m above flat ground shows it with pixels of 50 m / 500.
+TEST(TileFiles, PagesOfAnEarlierResultAreGone) {
+  const test::TemporaryFolder folder;
+  for (const char* name : {"model_0.jpg", "model_1.jpg", "model_2.jpg"}) std::ofstream(folder.path() / name) << "page";
+  const pipeline::OutputSettings settings;
+  PageFiles pages(folder.path(), "", settings, {});
+  atlas::AtlasEstimate size;
+  size.pages = 1;
+  pages.begin(size);
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "model_0.jpg")) << "replaced when the page is written";
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "model_1.jpg"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "model_2.jpg"));
+}
+
 TEST(TilePhotos, HaveTheGroundSamplingDistanceOfTheirFaces) {
   const Mesh ground = test::grid_mesh(8, 8, 1);
   Scene scene;
