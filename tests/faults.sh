@@ -33,6 +33,9 @@ texture() { # OUT OPTION...
 }
 # The shell reports processes that are killed; those that we kill are no news.
 quietly() { { "$@"; } >/dev/null 2>&1; }
+# --foreground: else timeout kills itself along with the program and waits for nothing, so that the next run may find the lock of
+# one that is still ending.
+kill_after() { quietly timeout --foreground -s KILL "$@" || true; } # SECONDS COMMAND...
 # Files of a result whose bytes differ; run.json tells times.
 lost() { # EXPECTED OUT
   diff -rq -x run.json "$1" "$2" 2>&1 | wc -l
@@ -71,7 +74,7 @@ killed() { # NAME SECONDS...
   shift
   for moment in "$@"; do
     rm -rf "$work/out"
-    quietly timeout -s KILL "$moment" "$gpvc" texture "${input[@]}" "${options[@]}" -o "$work/out" --resume always || true
+    kill_after "$moment" "$gpvc" texture "${input[@]}" "${options[@]}" -o "$work/out" --resume always
     start=$(seconds)
     # Where the run was quicker than the kill, its result is complete, and the next run at most clears up.
     if [ ! -f "$work/out/run.json" ]; then
@@ -137,7 +140,7 @@ tried=0 survived=0
 for ((i = 0; i < kills; ++i)); do
   rm -rf "$work/killed"
   make_job "$work/killed"
-  quietly timeout -s KILL "$(calc "0.05 + 0.95 * $job_s * $RANDOM / 32768")" "$gpvc" unit "$work/killed" --all || true
+  kill_after "$(calc "0.05 + 0.95 * $job_s * $RANDOM / 32768")" "$gpvc" unit "$work/killed" --all
   tried=$((tried + 1))
   units "$work/killed" 2>"$work/log" || cat "$work/log" >&2
   [ "$(lost "$work/job/result" "$work/killed/result")" = 0 ] && survived=$((survived + 1))
