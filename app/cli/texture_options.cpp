@@ -25,8 +25,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   OptionGroup{*app, pipeline::kOutput}
       .add("--from", options.from, "DIR",
            "Change the editable result in DIR: only faces that other --allow rules affect are textured anew, on new "
-           "pages. "
-           "With --force, DIR may be OUT")
+           "pages. With --force, DIR may be OUT")
       ->check(not_empty());
   add_output(*app, options);
   add_settings(*app, options.settings, options_for(pipeline::For::one_model));

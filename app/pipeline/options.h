@@ -138,12 +138,10 @@ auto options_of(T& o) {
           "same times the squared cosine of the viewing angle"),
       offered(o.outliers, "outliers", labels, kQuality,
               "Photos whose colour of a face differs from the others' (cars, people). clamp: not used there; damp: "
-              "used less; "
-              "none: used"),
+              "used less; none: used"),
       offered(o.keep_odd_views, "keep-odd-photos", labels, kInput,
               "Also use photos that show something else than the others do (as a rule their pose is wrong). By default "
-              "they "
-              "are left out and named"),
+              "they are left out and named"),
       number(
           o.margin_px, "margin", views, kResearch, "PX", 0, 64,
           "Pixels along silhouettes in which a view costs more, as photo and mesh disagree there, 0 to 64; 0 is off"),
@@ -187,8 +185,7 @@ auto options_of(T& o) {
              "The colour of unseen faces that get one, 0 to 255 each"),
       offered(o.seams, "seams", pages, kQuality,
               "Levelling of colours across seams. global: one correction per chart and vertex; full: that, and a blend "
-              "near "
-              "the seam; none: colours as in the photos"),
+              "near the seam; none: colours as in the photos"),
       offered(
           o.blend, "blend", pages, kQuality,
           "coarse: brightness and colour come in part from all photos that see a place whole, fine detail (up to some "
@@ -233,12 +230,10 @@ auto options_of(T& o) {
           hidden(o.device, "device", views, -1, 1e4),
           offered(o.allow_misfit, "allow-misfit", nothing, kInput,
                   "Texture although most photos disagree, or the mesh is not where photos or tie points show it. "
-                  "Without this "
-                  "the run stops and names the likely mistake"),
+                  "Without this the run stops and names the likely mistake"),
           offered(o.allow_unseen, "allow-unseen", nothing, kInput,
                   "Texture although photos see less than 5 % of the faces. Without this the run stops: as a rule the "
-                  "mesh is in "
-                  "other coordinates"),
+                  "mesh is in other coordinates"),
           hidden(o.view_rules, "allow", labels),
           offered(
               o.edge_weights, "edge-weights", labels, kResearch,
@@ -246,8 +241,7 @@ auto options_of(T& o) {
               "in folds), or both"),
           number(o.memory_bytes, "memory", nothing, kMachine, kBytes.data(), 0, 0,
                  "Stay below this much memory (600M, 4G). More of it decodes fewer photos twice; the model is the "
-                 "same. A scene "
-                 "that does not fit is textured in tiles"),
+                 "same. A scene that does not fit is textured in tiles"),
           only(For::one_process,
                offered(o.keep_work, "resume", nothing, kMachine,
                        "Keep finished work in OUT/.work until all is done, so that the same command goes on from there "
