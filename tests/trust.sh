@@ -90,7 +90,8 @@ units() {
   return "$status"
 }
 job() {
-  [ -e "$1/job.json" ] || tiles "$1" || return
+  # A killed run had begun to publish the job, and this one finishes that, where it is told that there is a result.
+  [ -e "$1/job.json" ] || tiles "$1" || grep -q 'already holds a result' log || return
   units "$1"
 }
 evaluate() { gpvc evaluate whole_texture/model.obj scene/colmap --images scene/images -o "$1"; }

@@ -146,6 +146,7 @@ void run_unit(const UnitOptions& options, Console& console) {
   if (options.names.empty() != options.all) throw UsageError("gpvc unit takes the names of units, or --all");
   if (options.clean && !options.all) throw UsageError("--clean belongs to --all");
   console.speak_of_job();
+  results::OutputFolder::finish_interrupted(options.job);
   read_listing(options.job);
   RunRecord record(console);
   std::optional<results::FolderLock> driver;
@@ -169,6 +170,7 @@ void run_unit(const UnitOptions& options, Console& console) {
 }
 
 void run_plan(const PlanOptions& options, Console& console) {
+  results::OutputFolder::finish_interrupted(options.job);
   read_listing(options.job);
   const tiles::Job job = tiles::JobFolder(options.job).read_job();
   check_listing(options.job, job.settings);

@@ -121,6 +121,22 @@ OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command)
   }
 }
 
+void OutputFolder::finish_interrupted(const fs::path& out) {
+  if (!fs::is_directory(out)) return;
+  OutputFolder folder(out, Unmade{});
+  try {
+    folder.files_ = std::make_unique<FolderFiles>(out);
+    const auto is_interrupted = [&](const fs::path& work) {
+      return Publication::interrupted(*folder.files_, work).has_value();
+    };
+    if (std::ranges::none_of(work_folders(out), is_interrupted)) return;
+    folder.lock_ = std::make_unique<FolderLock>(out);
+    folder.repair();
+  } catch (const fs::filesystem_error& e) {
+    throw OutputError(out, "cannot be written: " + e.code().message());
+  }
+}
+
 OutputFolder::~OutputFolder() { discard(); }
 
 void OutputFolder::discard() noexcept {

@@ -30,6 +30,9 @@ class OutputFolder {
   /// another `command`, and when a file that `command` will write, as far as that is known beforehand, exists and belongs
   /// to no earlier result. (file() and publish() check the others.)
   explicit OutputFolder(std::filesystem::path out, bool force = false, std::string_view command = "library");
+  /// Finishes the result that a killed run was publishing in OUT, if there is one, for those who read it. Throws OutputError
+  /// when that is not possible, and when a run is publishing it now.
+  static void finish_interrupted(const std::filesystem::path& out);
   /// Removes files that were not published, and the folders made for them.
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;

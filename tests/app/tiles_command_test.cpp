@@ -73,6 +73,26 @@ TEST_F(TilesCommand, UnitsOneByOneGiveTheSameAsAllInOneProcess) {
   EXPECT_TRUE(contains(again.err, all + " of " + all + " units were complete")) << again.err;
 }
 
+// gpvc tiles moves a job's files into its folder one after the other, and may be killed between two of them.
+TEST_F(TilesCommand, UnitsFinishAJobWhosePublicationWasKilled) {
+  ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
+  const fs::path work = out_ / ".gpvc-unfinished-abcdef";
+  const auto kill_before = [&](const Json& files) {
+    for (const std::string name : files) {
+      fs::create_directories((work / "new" / name).parent_path());
+      fs::rename(out_ / name, work / "new" / name);
+    }
+    std::ofstream(work / "publishing.json") << Json{{"replaced", Json::array()}, {"promised", files}};
+  };
+  kill_before({"mesh/tile-1", "plan.json", "run.json"});
+  EXPECT_EQ(run({"plan", out_.string()}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(out_ / "mesh" / "tile-1"));
+  EXPECT_FALSE(fs::exists(work));
+  kill_before({"job.json", "mesh/tile-1", "plan.json", "run.json"});
+  EXPECT_EQ(unit({"--all"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(work));
+}
+
 TEST_F(TilesCommand, AFinishedJobCanDropWhatUnitsLeft) {
   ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
   EXPECT_EQ(unit({"finish", "--clean"}).exit_code, 2);
