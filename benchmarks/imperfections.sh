@@ -79,8 +79,8 @@ for name in "${cases[@]}"; do
   scores=$model-scores/evaluate.json
   # The first table's "wrong" is the sixth word from the end of a line.
   echo "$name $(awk '
-      /^all / && !all { all = $(NF - 5); textured = $(NF - 7) }
-      /^seen whole by a view / && !whole { whole = $(NF - 5) }
+      /^all / && !alls++ { all = $(NF - 5); textured = $(NF - 7) }
+      /^seen whole by a view / && !wholes++ { whole = $(NF - 5) }
       END { print textured, all, whole }' <<<"$truth")" \
     "$(figure "$model/run.json" seam_step_before) $(figure "$model/run.json" seam_step_after)" \
     "$(figure "$scores" one_minus_ncc) $(figure "$scores" ssim) $(figure "$scores" psnr_db) $(figure "$scores" ciede2000)" >>"$rows"

@@ -157,7 +157,7 @@ std::vector<ModelViews::Window> ModelViews::windows(std::span<const ShownModel> 
   const Camera& camera = cropped_view(view).camera;
   const int factor = thumbnail_factor(camera.width);
   const Image& small = models.front().thumbnails[view];
-  const int width = std::min(kCropWidth, camera.width / 2), height = std::min(kCropHeight, camera.height / 2);
+  const int width = std::clamp(camera.width / 2, 1, kCropWidth), height = std::clamp(camera.height / 2, 1, kCropHeight);
   const int w = std::max(1, width / factor), h = std::max(1, height / factor);
   const std::vector<double> deviations = disagreement(models, view);
   const std::vector<std::uint8_t> covered = evaluate::covered_pixels(input_.mesh, cropped_view(view));
@@ -168,7 +168,7 @@ std::vector<ModelViews::Window> ModelViews::windows(std::span<const ShownModel> 
       for (int v = y; v < y + h; ++v)
         for (int u = x; u < x + w; ++u) {
           sum += deviations[pixel_index(u, v, small.width)];
-          shown += covered[pixel_index(u * factor, v * factor, camera.width)];
+          shown += covered[pixel_index(u * factor, v * factor, camera.width)] != 0 ? 1 : 0;
         }
       // Not where all models agree, or where the mesh covers next to nothing.
       if (sum == 0 || shown < 0.5 * w * h) continue;

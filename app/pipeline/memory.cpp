@@ -208,6 +208,12 @@ double MemoryPlan::peak() const {
 
 namespace {
 
+// Entries are also sorted by face.
+double held_by(const visibility::CoverageTable& coverage) {
+  return static_cast<double>(coverage.entries.size() * (sizeof(visibility::FaceCoverage) + sizeof(std::uint32_t)) +
+                             coverage.words.size() * sizeof(std::uint64_t));
+}
+
 MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings& settings,
                     double promised = std::numeric_limits<double>::infinity()) {
   MemoryPlan plan;
@@ -250,11 +256,12 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings) {
 MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
                        double promised) {
   const Workload work = workload(input, settings);
-  // Entries are also sorted by face.
-  const double held =
-      static_cast<double>(coverage.entries.size() * (sizeof(visibility::FaceCoverage) + sizeof(std::uint32_t)) +
-                          coverage.words.size() * sizeof(std::uint64_t));
-  return plan_for(work, {.bake = memory_need(work).bake + held}, settings, promised);
+  return plan_for(work, {.bake = memory_need(work).bake + held_by(coverage)}, settings, promised);
+}
+
+MemoryPlan with_coverage(MemoryPlan plan, const visibility::CoverageTable& coverage) {
+  plan.need.bake += held_by(coverage);
+  return plan;
 }
 
 }  // namespace gpvc::pipeline

@@ -78,5 +78,7 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings);
 /// partial faces was known.
 MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
                        double promised);
+/// The same plan where what views see of partial faces is known, and held while the atlas is baked.
+MemoryPlan with_coverage(MemoryPlan plan, const visibility::CoverageTable& coverage);
 
 }  // namespace gpvc::pipeline

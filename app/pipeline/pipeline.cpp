@@ -97,7 +97,7 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputF
   const atlas::AtlasInput from = atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
   const BakeSpace space{.scratch_folder = folder.in_making(),
                         .kept = checkpoint ? checkpoint->pages() : atlas::KeptPages{}};
-  atlas::TextureAtlas atlas = bake_into(run, from, memory, space, &files);
+  atlas::TextureAtlas atlas = bake_into(run, from, with_coverage(memory, chosen.seen.coverage), space, &files);
   if (checkpoint) checkpoint->warn_of_failure(observer);
   run.photos.keep_at_most(0);
   chosen.graph = {};
@@ -140,7 +140,7 @@ TexturedMesh texture(const Run& given) {
   const Run run{given.input, given.settings, with_coarse, given.observer, given.kept};
   Choice chosen = see_and_choose(run, memory);
   const atlas::AtlasInput from = atlas_input(run.input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
-  atlas::TextureAtlas atlas = bake_into(run, from, memory, {}, nullptr);
+  atlas::TextureAtlas atlas = bake_into(run, from, with_coverage(memory, chosen.seen.coverage), {}, nullptr);
   return finished(std::move(chosen), std::move(atlas));
 }
 

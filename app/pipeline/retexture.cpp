@@ -205,7 +205,7 @@ class Remaking final : public PageSink {
     std::vector<atlas::ViewExposure> exposure = earlier_.model.exposure;
     exposure.resize(run_.input.scene.views.size());  // without seams there was nothing to fit them to
     const atlas::FinishedTexture finished{earlier_.model.model, beside_, earlier_.model.reduction};
-    const MemoryPlan memory = plan_memory(run_.input, run_.settings);
+    const MemoryPlan memory = with_coverage(plan_memory(run_.input, run_.settings), coverage);
     const FileSizes sizes = predicted_sizes(run_.input, run_.settings, memory.work.texels);
     io::CoarsePhotos photos = with_coarse_photos(run_, memory.work, sizes.likely, folder.in_making());
     const atlas::AtlasInput from{

@@ -128,7 +128,8 @@ class TilesetMaker {
     PageFiles pages(folder_.in_making(), "page-", settings.output, profile_);
     pipeline::BakeSpace space{.scratch_folder = folder_.in_making()};
     if (checkpoint) space.kept = pages_of_tiles(*checkpoint, level.tile);
-    const atlas::TextureAtlas atlas = pipeline::bake_into(run, from, memory, space, &pages);
+    const atlas::TextureAtlas atlas =
+        pipeline::bake_into(run, from, pipeline::with_coverage(memory, chosen.seen.coverage), space, &pages);
     if (checkpoint) checkpoint->warn_of_failure(observer_);
     write_tiles(level, atlas, chosen, pages.files());
     if (level.number == depth) write_preview(input, atlas, chosen.selection.labels, pages.files());

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <vector>
 
@@ -47,16 +48,24 @@ void each_fetched(const std::vector<Work>& work, PhotoOrder order, const Fetch& 
   if (order == PhotoOrder::descending) std::ranges::reverse(views);
   struct Fetched {
     decltype(fetch(ViewId{})) item{};
-    tbb::task_group work;  // its end waits for the task, which writes to the item, also where use() throws
+    std::exception_ptr error{};  // not left to the group, whose end would throw it while another error unwinds
+    tbb::task_group work;        // its end waits for the task, which writes to the item, also where use() throws
   };
   std::deque<Fetched> ahead;
   std::size_t begun = 0;
   for (const std::uint32_t view : views) {
     for (; begun < views.size() && ahead.size() <= photos_ahead(); ++begun) {
       Fetched& next = ahead.emplace_back();
-      next.work.run([&fetch, &next, id = ViewId{views[begun]}] { next.item = fetch(id); });
+      next.work.run([&fetch, &next, id = ViewId{views[begun]}] {
+        try {
+          next.item = fetch(id);
+        } catch (...) {
+          next.error = std::current_exception();
+        }
+      });
     }
     ahead.front().work.wait();
+    if (ahead.front().error) std::rethrow_exception(ahead.front().error);
     use(ViewId{view}, ahead.front().item, work[view]);
     ahead.pop_front();
   }

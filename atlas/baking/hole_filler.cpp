@@ -9,6 +9,7 @@
 #include <array>
 
 #include "atlas/leveling/finished_texture.h"
+#include "io/freed_memory.h"
 #include "io/grouping.h"
 
 namespace gpvc::atlas {
@@ -104,12 +105,16 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   if (vertex.empty()) return;
   const auto n = static_cast<Eigen::Index>(vertex.size());
   std::vector<Eigen::Triplet<double>> entries;
+  std::vector<double> edges(vertex.size(), 0);  // per unknown
+  const auto inner = std::ranges::count_if(
+      holes.edges, [&](const auto& e) { return unknown[e.first] != kNoHole && unknown[e.second] != kNoHole; });
+  entries.reserve(vertex.size() + 2 * static_cast<std::size_t>(inner));
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3), guess(n, 3);
   for (const auto& [a, b] : holes.edges) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
       if (unknown[from] == kNoHole) continue;
       const int row = static_cast<int>(unknown[from]);
-      entries.emplace_back(row, row, 1.0);
+      edges[unknown[from]] += 1;
       if (unknown[to] != kNoHole)
         entries.emplace_back(row, static_cast<int>(unknown[to]), -1.0);
       else
@@ -119,9 +124,11 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   for (Eigen::Index i = 0; i < n; ++i) {
     const Color& c = holes.color[vertex[static_cast<std::size_t>(i)]];
     guess.row(i) = Eigen::RowVector3d(c.r, c.g, c.b);
+    entries.emplace_back(static_cast<int>(i), static_cast<int>(i), edges[static_cast<std::size_t>(i)]);
   }
   Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
+  free_memory(entries);
   tbb::parallel_for(0, 3, [&](int channel) {
     Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::Lower | Eigen::Upper> solver;
     // A relative residual of 1e-4 is a fraction of a grey level. In holes of millions of faces the iteration ends

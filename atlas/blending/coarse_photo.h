@@ -27,7 +27,6 @@ class CoarsePhoto {
  public:
   /// \param means io::coarse_image() of a photo
   explicit CoarsePhoto(std::shared_ptr<const Image> means) : image_(std::move(means)) {}
-  const Image& means() const { return *image_; }
   /// At a position in the photo: bilinear between the means of squares; clamped to the outermost of them. O(1).
   Color at(const PhotoPoint& q) const;
 

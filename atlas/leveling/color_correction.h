@@ -116,7 +116,6 @@ struct ColorCorrection {
   std::vector<Color> offsets;
   std::vector<ChartStrip> strips;  ///< per chart; empty: no strips
 
-  bool identity() const { return exposure.empty() && nodes.empty() && strips.empty(); }
   Color expose(const Color& color, ViewId view, const PixelPoint& frame) const {
     return exposure.empty() ? color : gain_at(exposure[index(view)], frame) * color;
   }

@@ -58,26 +58,20 @@ OffsetSystem coarsen(const OffsetSystem& fine, const std::vector<std::uint32_t>&
   // system too stiff. Any weights serve as a preconditioner; with these the fewest iterations are needed.
   constexpr float kSoftened = 1 / 1.5f;
   OffsetSystem coarse;
-  std::vector<LinkTo>& items = coarse.links.items;
+  LinkSums links(coarse.links.items, members.groups());
   for (std::uint32_t k = 0; k < members.groups(); ++k) {
-    const auto begin = static_cast<std::ptrdiff_t>(items.size());
+    links.next_node();
     float diagonal = 0;
     for (const std::uint32_t i : members[k]) {
       diagonal += fine.diagonal[i];
       for (const LinkTo& to : fine.links[i]) {
         const std::uint32_t other = of_node[to.node];
         diagonal -= other == k ? to.weight : (1 - kSoftened) * to.weight;
-        if (other == k) continue;
-        const auto known =
-            std::find_if(items.begin() + begin, items.end(), [&](const LinkTo& item) { return item.node == other; });
-        if (known != items.end())
-          known->weight += kSoftened * to.weight;
-        else
-          items.push_back({other, kSoftened * to.weight});
+        if (other != k) links.add(other, kSoftened * to.weight);
       }
     }
     coarse.diagonal.push_back(diagonal);
-    coarse.links.first.push_back(items.size());
+    coarse.links.first.push_back(coarse.links.items.size());
   }
   return coarse;
 }

@@ -26,6 +26,27 @@ struct LinkTo {
 };
 using Links = Grouped<LinkTo>;
 
+/// Collects the links of one node after another, several to the same node as one. O(1) a link, whatever a node's valence.
+class LinkSums {
+ public:
+  LinkSums(std::vector<LinkTo>& items, std::size_t nodes) : items_(items), place_(nodes, 0) {}
+  void next_node() { begin_ = items_.size(); }
+  void add(std::uint32_t node, float weight) {
+    std::size_t& place = place_[node];
+    if (place >= begin_ && place < items_.size() && items_[place].node == node) {
+      items_[place].weight += weight;
+      return;
+    }
+    place = items_.size();
+    items_.push_back({node, weight});
+  }
+
+ private:
+  std::vector<LinkTo>& items_;
+  std::vector<std::size_t> place_;  ///< per node, of its last link; stale where that is another node's
+  std::size_t begin_ = 0;
+};
+
 /// A symmetric positive definite matrix: the diagonal minus the links. No diagonal element is less than the sum of its
 /// links' weights.
 struct OffsetSystem {

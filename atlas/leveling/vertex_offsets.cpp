@@ -187,19 +187,14 @@ NearSystem make_system(const Links& links, const std::vector<char>& near) {
       unknown[i] = static_cast<std::uint32_t>(system.node.size());
       system.node.push_back(i);
     }
+  std::vector<LinkTo>& items = system.equations.links.items;
+  LinkSums sums(items, system.node.size());
   for (const std::uint32_t i : system.node) {
     float diagonal = static_cast<float>(kAnchor);
-    std::vector<LinkTo>& items = system.equations.links.items;
-    const auto begin = static_cast<std::ptrdiff_t>(items.size());
+    sums.next_node();
     for (const LinkTo& to : links[i]) {
       diagonal += to.weight;
-      if (unknown[to.node] == kFar) continue;
-      const auto known = std::find_if(items.begin() + begin, items.end(),
-                                      [&](const LinkTo& item) { return item.node == unknown[to.node]; });
-      if (known != items.end())
-        known->weight += to.weight;
-      else
-        items.push_back({unknown[to.node], to.weight});
+      if (unknown[to.node] != kFar) sums.add(unknown[to.node], to.weight);
     }
     system.equations.links.first.push_back(items.size());
     system.equations.diagonal.push_back(diagonal);

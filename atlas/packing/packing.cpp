@@ -93,7 +93,7 @@ struct PageRange {
 
 class Packer {
  public:
-  Packer(std::span<const PackShape> shapes, bool many) : shapes_(shapes), turns_(shapes.size()), many_(many) {
+  Packer(std::span<const PackShape> shapes, bool many) : turns_(shapes.size()), many_(many) {
     tbb::parallel_for(std::size_t{0}, shapes.size(), [&](std::size_t i) {
       PackShape shape = shapes[i];
       for (auto& turned : turns_[i]) turned = TurnedShape(std::exchange(shape, quarter_turn(shape)));
@@ -143,7 +143,6 @@ class Packer {
     return best;
   }
 
-  std::span<const PackShape> shapes_;
   std::vector<Turns> turns_;
   bool many_;
 };

@@ -105,6 +105,17 @@ TEST_F(MemoryPlanTest, LimitIsSharedBetweenPagesAndPhotos) {
   EXPECT_LT(lean.while_baking(pages, page).pages, std::size_t{1000000000}) << "not all pages fit";
 }
 
+TEST_F(MemoryPlanTest, WhatViewsSeeOfPartialFacesIsHeldWhileBaking) {
+  visibility::CoverageTable coverage;
+  coverage.words.resize(20'000'000);
+  const MemoryPlan without = plan(4e9), with = with_coverage(without, coverage);
+  const auto sum = [](const MemoryPlan::Shares& shares) {
+    return static_cast<double>(shares.pages + shares.batch + shares.photos);
+  };
+  EXPECT_LE(sum(with.while_baking(1e9, 1e8)), sum(without.while_baking(1e9, 1e8)) - 160e6 + 1);
+  EXPECT_EQ(with.limit, without.limit);
+}
+
 TEST_F(MemoryPlanTest, TooLittleIsRefusedWithWhatIsNeeded) {
   try {
     plan(10e6);

@@ -34,6 +34,15 @@ TEST(Rephotography, AGainOfThePhotoIsNoErrorOfColor) {
   EXPECT_GT(compare_with_photo(photo, render, 1).score.gained_color_error, 5);
 }
 
+/// Nothing would be left of it at that reduction.
+TEST(Rephotography, APhotoSmallerThanTheReductionHasNoScore) {
+  const std::vector<std::uint8_t> everywhere(3 * 40, 255);
+  const Image grey{3, 40, 3, std::vector<std::uint8_t>(3 * 40 * 3, 99)};
+  const RephotographyScore score = compare_with_photo({grey, everywhere, everywhere}, {grey, everywhere}, 4).score;
+  EXPECT_EQ(score.windows, 0u);
+  EXPECT_EQ(score.completeness, 1);
+}
+
 /// Three panels under a band with what they are; small ones enlarged until the words fit.
 TEST(ScorePicture, SaysWhatItsPanelsAre) {
   Rephotography compared;

@@ -309,6 +309,14 @@ TEST(EachPhoto, LetsGoOfPhotosThatAreDecodedAfterTheWorkWasStopped) {
   EXPECT_EQ(photos.image.use_count(), 1);
 }
 
+// Errors of photos that were decoded ahead are not thrown while that of an earlier one unwinds.
+TEST(EachPhoto, OneErrorIsThrownWhereAllPhotosAreDamaged) {
+  const std::vector<std::vector<int>> work(16, {1});
+  const auto fetch = [](ViewId) -> std::shared_ptr<const Image> { throw InputError("a.jpg", "", "is damaged"); };
+  for (int i = 0; i < 1000; ++i)
+    EXPECT_THROW(each_fetched(work, PhotoOrder::ascending, fetch, [](const auto&...) {}), InputError);
+}
+
 TEST(Bake, RefusesOptionsThatLeaveNoRoom) {
   AtlasScene s;
   s.add_plane(1, 1, 1.0);

@@ -95,11 +95,11 @@ const std::byte* GlReadBuffer::wait() const {
   return mapped_;
 }
 
-GlTexture make_texture_2d(GLenum internal_format, int width, int height, int levels, std::string_view stage) {
+GlTexture make_texture_2d(GLenum internal_format, int width, int height, std::string_view stage) {
   GLuint name = 0;
   glCreateTextures(GL_TEXTURE_2D, 1, &name);
   GlTexture texture(name);
-  glTextureStorage2D(name, levels, internal_format, width, height);
+  glTextureStorage2D(name, 1, internal_format, width, height);
   check_gl(std::string(stage) + ": a texture of " + std::to_string(width) + " x " + std::to_string(height));
   return texture;
 }
@@ -109,7 +109,7 @@ GlFramebuffer make_framebuffer(GLuint color_texture, GLuint depth_texture, std::
   glCreateFramebuffers(1, &name);
   GlFramebuffer framebuffer(name);
   glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, color_texture, 0);
-  if (depth_texture != 0) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_texture, 0);
+  glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth_texture, 0);
   check_gl(stage);
   if (glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw GpuError(std::string(stage) + ": the driver reports an incomplete framebuffer");

@@ -78,8 +78,8 @@ class GlReadBuffer {
   std::size_t bytes_ = 0;
 };
 
-/// An immutable 2D texture of `levels` levels. Throws GpuError (out of memory, above GL_MAX_TEXTURE_SIZE).
-GlTexture make_texture_2d(GLenum internal_format, int width, int height, int levels, std::string_view stage);
+/// An immutable 2D texture of one level. Throws GpuError (out of memory, above GL_MAX_TEXTURE_SIZE).
+GlTexture make_texture_2d(GLenum internal_format, int width, int height, std::string_view stage);
 
 /// Shaders can read integer textures only without filtering.
 inline void set_nearest(const GlTexture& texture) {
@@ -87,7 +87,7 @@ inline void set_nearest(const GlTexture& texture) {
   glTextureParameteri(texture.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }
 
-/// A framebuffer with one colour texture and, unless 0, a depth texture. Throws GpuError when incomplete.
+/// A framebuffer with one colour texture and a depth texture. Throws GpuError when incomplete.
 GlFramebuffer make_framebuffer(GLuint color_texture, GLuint depth_texture, std::string_view stage);
 
 GlVertexArray make_vertex_array();

@@ -64,9 +64,9 @@ int IvmRenderer::tiles(const Camera& camera) const {
 void IvmRenderer::make_target(int width, int height) {
   if (width == tile_width_ && height == tile_height_) return;
   target_ = {};
-  color_ = make_texture_2d(GL_R32UI, width, height, 1, "making the IVM");
+  color_ = make_texture_2d(GL_R32UI, width, height, "making the IVM");
   set_nearest(color_);
-  depth_ = make_texture_2d(GL_DEPTH_COMPONENT32F, width, height, 1, "making the depth buffer");
+  depth_ = make_texture_2d(GL_DEPTH_COMPONENT32F, width, height, "making the depth buffer");
   target_ = make_framebuffer(color_.name(), depth_.name(), "making the IVM target");
   tile_width_ = width;
   tile_height_ = height;
