@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -153,12 +154,15 @@ Workload workload(const Input& input, const Settings& settings) {
 MemoryNeed memory_need(const Workload& work) {
   using namespace held;
   const double always = kProgram + mesh(work) + kNeighbours * work.faces;
+  // An index of each face for each thread that views or labels are shared out to. Factors were fitted on two threads.
+  const double threads = std::min<double>(tbb::this_task_arena::max_concurrency(), work.views);
+  const double of_threads = kIndex * work.faces * std::max(0.0, threads - 2);
   MemoryNeed need;
   // Records and the candidates that are made from them; classes of two views and two indices a face.
-  need.see = always + (kRecord + kCandidate) * work.pairs + view(work) + previews(work) +
+  need.see = always + of_threads + (kRecord + kCandidate) * work.pairs + view(work) + previews(work) +
              2 * (sizeof(visibility::FaceClass) + kIndex) * work.faces;
   // The candidates twice, and as much again in the chain of coarser problems; their labels, costs and neighbours.
-  need.choose = always + 2 * 2 * kCandidate * work.pairs + 2.5 * kNeighbours * work.faces;
+  need.choose = always + of_threads + 2 * 2 * kCandidate * work.pairs + 2.5 * kNeighbours * work.faces;
   // Photos. Views at vertices, of which there are half as many as faces, where they are blended: 16 bytes each. Charts, texture
   // coordinates and offsets of the faces.
   constexpr double kCharts = 250, kVertexView = 16;

@@ -21,6 +21,8 @@ namespace {
 
 /// With more shapes than this, small ones fill the gaps in any order, and trying several orders would cost too much.
 constexpr std::size_t kManyShapes = 8000;
+/// Bytes of the pages that attempts fill side by side, unless a single page takes more.
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 
 using Turns = std::array<TurnedShape, 4>;
 
@@ -96,7 +98,7 @@ class Packer {
   Packer(std::span<const PackShape> shapes, bool many) : turns_(shapes.size()), many_(many) {
     tbb::parallel_for(std::size_t{0}, shapes.size(), [&](std::size_t i) {
       PackShape shape = shapes[i];
-      for (auto& turned : turns_[i]) turned = TurnedShape(std::exchange(shape, quarter_turn(shape)));
+      for (std::size_t t = 0; t < turns(); ++t) turns_[i][t] = TurnedShape(std::exchange(shape, quarter_turn(shape)));
     });
   }
 
@@ -126,20 +128,22 @@ class Packer {
   }
 
  private:
-  std::optional<std::pair<Position, int>> place_on(OpenPage& page, const Turns& turns) const {
+  /// With many shapes, half turns gain nothing.
+  std::size_t turns() const { return many_ ? 2 : 4; }
+
+  std::optional<std::pair<Position, int>> place_on(OpenPage& page, const Turns& turned) const {
     std::optional<std::pair<Position, int>> best;
     int best_end = page.cells.height() + 1;
-    // With many shapes, half turns gain nothing.
-    for (int t = 0; t < (many_ ? 2 : 4); ++t) {
-      const TurnedShape& shape = turns[static_cast<std::size_t>(t)];
+    for (std::size_t t = 0; t < turns(); ++t) {
+      const TurnedShape& shape = turned[t];
       const auto at = search(page, shape, std::min(page.cells.height(), best_end), many_);
       if (!at) continue;
       const int end = at->y + shape.height;
       if (best && std::tuple(end, at->x) >= std::tuple(best_end, best->first.x)) continue;
-      best = std::pair(*at, t);
+      best = std::pair(*at, static_cast<int>(t));
       best_end = end;
     }
-    if (best) page.cells.occupy(turns[static_cast<std::size_t>(best->second)], best->first);
+    if (best) page.cells.occupy(turned[static_cast<std::size_t>(best->second)], best->first);
     return best;
   }
 
@@ -242,10 +246,13 @@ Packing pack_shapes(std::span<const PackShape> shapes, int page_size) {
   const Packer packer(shapes, many);
   const std::vector<Attempt> tries = attempts(shapes.size());
   std::vector<Packing> results(tries.size());
-  tbb::parallel_for(std::size_t{0}, tries.size(), [&](std::size_t k) {
-    results[k].placements = attempt(packer, shapes, page_size, tries[k]);
-    results[k].pages = page_sizes(shapes, results[k].placements);
-  });
+  // An attempt holds the cells of a page at a time, of which there are as many as texels where the padding is 1.
+  const std::size_t at_once = std::max<std::size_t>(1, kMostBytes / PageCells::bytes(page_size, page_size));
+  for (std::size_t begin = 0; begin < tries.size(); begin += at_once)
+    tbb::parallel_for(begin, std::min(begin + at_once, tries.size()), [&](std::size_t k) {
+      results[k].placements = attempt(packer, shapes, page_size, tries[k]);
+      results[k].pages = page_sizes(shapes, results[k].placements);
+    });
   // Fewer pages come first: each is a material of the model and a texture to bind.
   return std::move(*std::ranges::min_element(
       results, {}, [](const Packing& result) { return std::pair(result.pages.size(), texels(result.pages)); }));

@@ -46,8 +46,8 @@ struct Packing {
 };
 
 /// Places every shape on pages of at most page_size x page_size cells. The content of the last page is laid out
-/// near-square. Deterministic. Memory: about page_size^2 log2(page_size) / 8 bytes per page and attempt, with as many
-/// attempts at once as there are threads.
+/// near-square. Deterministic. Memory: about page_size^2 log2(page_size) / 8 bytes for each attempt, of which as many run
+/// at once as there are threads and as 256 MB hold, one at least.
 /// \pre every shape's box fits page_size x page_size
 Packing pack_shapes(std::span<const PackShape> shapes, int page_size);
 

@@ -40,12 +40,20 @@ TurnedShape::TurnedShape(PackShape shape) : PackShape(std::move(shape)), check_o
   std::ranges::sort(check_order, {}, reversed);
 }
 
+int PageCells::words_of(int width) { return (width + kWordBits - 1) / kWordBits + 1; }
+int PageCells::levels_of(int width) { return static_cast<int>(std::bit_width(static_cast<unsigned>(width))); }
+
+std::size_t PageCells::bytes(int width, int height) {
+  return sizeof(std::uint64_t) * static_cast<std::size_t>(levels_of(width)) * static_cast<std::size_t>(height) *
+         static_cast<std::size_t>(words_of(width));
+}
+
 PageCells::PageCells(int width, int height)
     : width_(width),
       height_(height),
-      words_((width + kWordBits - 1) / kWordBits + 1),
-      levels_(static_cast<int>(std::bit_width(static_cast<unsigned>(width)))),
-      bits_(static_cast<std::size_t>(levels_) * static_cast<std::size_t>(height) * static_cast<std::size_t>(words_), 0),
+      words_(words_of(width)),
+      levels_(levels_of(width)),
+      bits_(bytes(width, height) / sizeof(std::uint64_t), 0),
       longest_free_(static_cast<std::size_t>(height), width),
       blocked_columns_(static_cast<std::size_t>(words_)) {}
 

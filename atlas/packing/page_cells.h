@@ -43,6 +43,8 @@ class PageCells {
  public:
   PageCells(int width, int height);
   int height() const { return height_; }
+  /// What a page of that size takes, about.
+  static std::size_t bytes(int width, int height);
 
   /// The first position, by row and then column, at row first_row or later where the shape collides with no occupied
   /// cell and ends before row `limit`.
@@ -61,6 +63,8 @@ class PageCells {
   void refresh(int y);
 
   static constexpr int kWordBits = 64;
+  static int words_of(int width);
+  static int levels_of(int width);
   int width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;  ///< by level, row and word
   std::vector<int> longest_free_;    ///< per row: length of its longest free run

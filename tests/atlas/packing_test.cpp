@@ -169,6 +169,21 @@ TEST(Packing, SmallScenesGiveSmallNearSquarePages) {
   EXPECT_LE(packing.pages[0].height, 120);
 }
 
+// Pages of 8192 x 8192 cells are so large that attempts follow each other two by two.
+TEST(Packing, TheBestAttemptIsTakenHoweverManyRunAtOnce) {
+  std::vector<PackShape> shapes;
+  for (int i = 0; i < 40; ++i) shapes.push_back(i % 2 == 0 ? disc(2 + i % 7) : box_shape(3 + i % 5, 4 + i % 11));
+  const Packing together = pack_shapes(shapes, 256), in_turn = pack_shapes(shapes, 8192);
+  ASSERT_EQ(in_turn.pages.size(), 1u);
+  EXPECT_EQ(in_turn.pages[0].width, together.pages.at(0).width);
+  EXPECT_EQ(in_turn.pages[0].height, together.pages[0].height);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    EXPECT_EQ(in_turn.placements[i].x, together.placements[i].x) << i;
+    EXPECT_EQ(in_turn.placements[i].y, together.placements[i].y) << i;
+    EXPECT_EQ(in_turn.placements[i].turns, together.placements[i].turns) << i;
+  }
+}
+
 TEST(Packing, PagesAscendByRank) {
   std::mt19937 random(5);
   std::vector<PackShape> shapes;
