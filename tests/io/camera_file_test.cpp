@@ -1,131 +1,28 @@
+// COLMAP's cameras and poses in both of its encodings, and what read_scene() says of what is no scene.
 #include <cmath>
 #include <random>
 
-#include "io/images.h"
 #include "io/scene_files.h"
+#include "tests/io/colmap_folder.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc::io {
 namespace {
 
 using test::bytes_of;
+using test::ColmapFolder;
 using test::contains;
+using test::images_bin;
 using test::input_error;
+using test::kCameras;
+using test::kFrameHeight;
+using test::kFrameWidth;
+using test::kImages;
+using test::kQuarterTurn;
 using test::replaced;
 using test::TemporaryFolder;
-
-// A model of three images and two cameras, in both of COLMAP's encodings, written here from its documentation.
-
-struct TestCamera {
-  std::uint32_t id;
-  std::int32_t model;
-  std::string model_name;
-  std::vector<double> parameters;
-};
-
-struct TestImage {
-  std::uint32_t id;
-  std::array<double, 4> q;
-  std::array<double, 3> t;
-  std::uint32_t camera_id;
-  std::string name;
-};
-
-constexpr int kFrameWidth = 64, kFrameHeight = 48;
-
-// A quarter turn about the camera's forward axis: x_camera = (-y, x, z) + t. Not normalized on purpose.
-const std::array<double, 4> kQuarterTurn{2, 0, 0, 2};
-
-const std::vector<TestCamera> kCameras{{7, 1, "PINHOLE", {50, 51, 33, 25}},
-                                       {3, 4, "OPENCV", {50, 51, 33, 25, -0.1, 0.02, 0.001, -0.002}}};
-const std::vector<TestImage> kImages{{5, {1, 0, 0, 0}, {1, 2, 3}, 7, "b/two.png"},
-                                     {9, kQuarterTurn, {10, 20, 30}, 3, "a with blank.png"},
-                                     {2, {0.9, 0.1, -0.2, 0.3}, {-1, 0, 0.5}, 7, "b/One.png"}};
-
-std::string cameras_bin(const std::vector<TestCamera>& cameras) {
-  std::string bytes = bytes_of<std::uint64_t>(cameras.size());
-  for (const TestCamera& camera : cameras) {
-    bytes += bytes_of(camera.id) + bytes_of(camera.model) + bytes_of<std::uint64_t>(kFrameWidth) +
-             bytes_of<std::uint64_t>(kFrameHeight);
-    for (const double p : camera.parameters) bytes += bytes_of(p);
-  }
-  return bytes;
-}
-
-std::string images_bin(const std::vector<TestImage>& images) {
-  std::string bytes = bytes_of<std::uint64_t>(images.size());
-  std::uint64_t points = 0;
-  for (const TestImage& image : images) {
-    bytes += bytes_of(image.id);
-    for (const double q : image.q) bytes += bytes_of(q);
-    for (const double t : image.t) bytes += bytes_of(t);
-    bytes += bytes_of(image.camera_id) + image.name + '\0' + bytes_of(points);
-    for (std::uint64_t i = 0; i < points; ++i) bytes += bytes_of(1.5) + bytes_of(2.5) + bytes_of<std::int64_t>(-1);
-    points = 2 - points;
-  }
-  return bytes;
-}
-
-/// A blank and the number with all its digits.
-std::string spaced(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, " %.17g", value);
-  return text;
-}
-
-std::string cameras_txt(const std::vector<TestCamera>& cameras) {
-  std::string text =
-      "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
-      "# Number of cameras: " +
-      std::to_string(cameras.size()) + "\n";
-  for (const TestCamera& camera : cameras) {
-    text += std::to_string(camera.id) + " " + camera.model_name + " " + std::to_string(kFrameWidth) + " " +
-            std::to_string(kFrameHeight);
-    for (const double p : camera.parameters) text += spaced(p);
-    text += "\n";
-  }
-  return text;
-}
-
-std::string images_txt(const std::vector<TestImage>& images) {
-  std::string text =
-      "# Image list with two lines of data per image:\n# Number of images: " + std::to_string(images.size()) +
-      ", mean observations per image: 0.6\n";
-  bool points = false;
-  for (const TestImage& image : images) {
-    text += std::to_string(image.id);
-    for (const double q : image.q) text += spaced(q);
-    for (const double t : image.t) text += spaced(t);
-    text += " " + std::to_string(image.camera_id) + " " + image.name + "\n";
-    text += points ? "1.5 2.5 -1 3.5 4.5 12\n" : "\n";
-    points = !points;
-  }
-  return text;
-}
-
-/// FOLDER/images with the photos and FOLDER/sparse/0 with the model.
-class ColmapFolder {
- public:
-  explicit ColmapFolder(const std::vector<TestImage>& images = kImages) {
-    for (const TestImage& image : images) photo(image.name, kFrameWidth, kFrameHeight);
-  }
-  void photo(const std::string& name, int width, int height) {
-    Image image{width, height, 3, {}};
-    image.pixels.assign(static_cast<std::size_t>(3 * width * height), 100);
-    std::filesystem::create_directories((folder.path() / "images" / name).parent_path());
-    write_image(folder.path() / "images" / name, image, ImageFormat::png, 0);
-  }
-  std::filesystem::path model(bool binary, const std::vector<TestCamera>& cameras = kCameras,
-                              const std::vector<TestImage>& images = kImages) {
-    const std::filesystem::path where = std::filesystem::path("sparse") / "0";
-    std::filesystem::remove_all(folder.path() / where);
-    folder.write(where / (binary ? "cameras.bin" : "cameras.txt"),
-                 binary ? cameras_bin(cameras) : cameras_txt(cameras));
-    folder.write(where / (binary ? "images.bin" : "images.txt"), binary ? images_bin(images) : images_txt(images));
-    return folder.path() / where;
-  }
-  TemporaryFolder folder;
-};
+using test::TestCamera;
+using test::TestImage;
 
 void expect_point(const View& view, const WorldPoint& world, double x, double y) {
   const CameraPoint camera = camera_from_world(view.pose, world);
@@ -517,74 +414,6 @@ TEST(ColmapBinary, RefusesHostileCounts) {
   std::string images = images_bin({kImages[0]});
   files.folder.write("sparse/0/images.bin", images.substr(0, images.size() - 8) + bytes_of(~std::uint64_t{0} / 8));
   EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "points"));
-}
-
-TEST(ColmapText, ToleratesWhatHandsWrite) {
-  ColmapFolder files;
-  const std::string mark = "\xEF\xBB\xBF";  // of Windows editors
-  files.folder.write("sparse/0/cameras.txt", mark + "\r\n# by hand\r\n 7\tPINHOLE 64 48 50 51 33 25 \r\n");
-  files.folder.write("sparse/0/images.txt",
-                     mark + "1 1 0 0 0 0 0 0 7 a with blank.png \r\n" + std::string(100000, ' ') +
-                         "1 2 3\r\n2 1 0 0 0 0 0 0 7 b/One.png\n\n\n3 1 0 0 0 0 0 0 7 b/two.png");
-  const Scene scene = read_scene(files.folder.path(), {});
-  ASSERT_EQ(scene.views.size(), 3);
-  EXPECT_EQ(scene.views[0].name, "a with blank.png");
-}
-
-TEST(ColmapText, TreatsTheAnnouncedCountAsACommentThatMayBeWrong) {
-  ColmapFolder files;
-  const auto model = files.model(false);
-  const std::string cameras = test::read_file(model / "cameras.txt"), images = test::read_file(model / "images.txt");
-  files.folder.write("sparse/0/images.txt", replaced(images, "images: 3", "images: 4"));
-  Scene scene = read_scene(model, {});
-  EXPECT_EQ(scene.views.size(), 3);
-  ASSERT_EQ(scene.warnings.size(), 1);
-  EXPECT_EQ(scene.warnings[0], "images.txt announces 4 images and holds 3");
-  // Both at once are a file that was cut.
-  files.folder.write("sparse/0/images.txt",
-                     replaced(images.substr(0, images.size() - 1), "images: 3", "images: 4") + "1.5 2.5 -1");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "the file ends inside this line"));
-  files.folder.write("sparse/0/images.txt", images);
-  files.folder.write("sparse/0/cameras.txt", cameras.substr(0, cameras.size() - 1));
-  scene = read_scene(model, {});
-  EXPECT_EQ(scene.views.size(), 3);
-  ASSERT_EQ(scene.warnings.size(), 1);
-  EXPECT_EQ(scene.warnings[0], "the last line of cameras.txt has no end; its last number may be cut short");
-}
-
-TEST(ColmapText, ReadsWhatOtherProgramsWrite) {
-  ColmapFolder files;
-  const auto model = files.model(false);
-  files.folder.write("sparse/0/images.txt",
-                     "1 1 0 0 0 0 0 0 7 a with blank.png\n1.5 2.5 -1.0 3.5 4.5 12e0\n# between\n"
-                     "2 1 0 0 0 0 0 0 7 b\\One.png\n\n3 1 0 0 0 0 0 0 7 b/two.png\n\n");
-  const Scene scene = read_scene(model, {});
-  ASSERT_EQ(scene.views.size(), 3);
-  EXPECT_EQ(scene.views[1].name, "b/One.png");
-  EXPECT_TRUE(scene.warnings.empty());
-}
-
-TEST(ColmapText, NoticesThatPointLinesWereLeftOut) {
-  ColmapFolder files;
-  const auto model = files.model(false);
-  files.folder.write("sparse/0/images.txt",
-                     "1 1 0 0 0 0 0 0 7 a with blank.png\n2 1 0 0 0 0 0 0 7 b/One.png\n3 1 0 0 0 0 0 0 7 b/two.png\n");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"));
-  // A name that is a number ends the pose of the second photo as points would end.
-  files.folder.write("sparse/0/images.txt", "1 1 0 0 0 0 0 0 7 000001\n2 1 0 0 0 0 0 0 7 000002\n");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"));
-}
-
-TEST(ColmapText, SaysWhichLineIsWrong) {
-  ColmapFolder files;
-  const auto model = files.model(false);
-  files.folder.write("sparse/0/cameras.txt", "1 PINHOLE 64 48 50 51 33\n");
-  EXPECT_TRUE(
-      contains(input_error([&] { read_scene(model, {}); }), "cameras.txt: line 1: expected a camera parameter"));
-  files.folder.write("sparse/0/cameras.txt", "\n1 PINHOLE 64 48 50 51 33 25 0.1\n");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "cameras.txt: line 2: camera model PINHOLE has 4"));
-  files.folder.write("sparse/0/cameras.txt", "1 PINHOLE 64 -48 50 51 33 25\n");
-  EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "expected an image height, found '-48'"));
 }
 
 // A shift that doubles hold exactly moves the centre and nothing else.
