@@ -258,17 +258,19 @@ ColmapCameras read_cameras_txt(const fs::path& file, std::string_view text, std:
   return cameras;
 }
 
-/// The second line of an image holds X Y POINT3D_ID triples. It is not read, but a file written without it must not
-/// lose every other image in silence: the line has to be empty, or words in threes of which the last is a number (of any
-/// kind: other programs write -1.0). A pose has ten words, and ends in a number where photos are named 000001.
-void check_points(const ModelLines& lines, std::string_view line) {
+/// True for X Y POINT3D_ID triples and for an empty line: numbers, every third of them whole, however it is written
+/// (other programs write -1.0). The pose of a photo whose name is three numbers is such a line if QX and TX are whole.
+bool reads_as_points(std::string_view line) {
   std::size_t words = 0;
-  std::string_view last;
-  for (std::string_view word = next_word(line); !word.empty(); word = next_word(line), ++words) last = word;
-  if (words % 3 != 0 || (words > 0 && !number_from(last)))
-    lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
+  for (std::string_view word = next_word(line); !word.empty(); word = next_word(line), ++words) {
+    const std::optional<double> value = number_from(word);
+    if (!value || (words % 3 == 2 && *value != std::floor(*value))) return false;
+  }
+  return words % 3 == 0;
 }
 
+/// Each image has two lines, its pose and its points, which are not used here. One in the other's place is refused:
+/// files without lines of points, or with single lines taken out, would lose images or gain some in silence.
 void read_images_txt(const fs::path& file, std::string_view text, const fs::path& cameras_file,
                      const ColmapCameras& cameras, SceneFile& scene) {
   ModelLines lines(file, text, "images");
@@ -276,6 +278,8 @@ void read_images_txt(const fs::path& file, std::string_view text, const fs::path
   std::uint64_t count = 0;
   bool pose_ended = true;
   for (std::string_view line; lines.next(line);) {
+    if (reads_as_points(line))
+      lines.fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, found what reads as the points of an image");
     ++count;
     pose_ended = lines.ended();
     ColmapImage image;
@@ -287,7 +291,8 @@ void read_images_txt(const fs::path& file, std::string_view text, const fs::path
     image.name = trimmed(line);
     View& view = scene.views.emplace_back(view_from(file, lines.place(), image, cameras_file, cameras));
     view.number = static_cast<std::uint32_t>(number);  // COLMAP's are no larger
-    if (lines.next_raw(line)) check_points(lines, line);
+    if (lines.next_raw(line) && !reads_as_points(line))
+      lines.fail("expected the points of the image above (X Y POINT3D_ID triples) or an empty line");
   }
   lines.check_count(count, pose_ended, "the name of the last image", scene.warnings);
 }

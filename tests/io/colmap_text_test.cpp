@@ -69,6 +69,32 @@ TEST(ColmapText, NoticesThatPointLinesWereLeftOut) {
   EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"));
 }
 
+// Three words more than a pose has are as many as four points have.
+TEST(ColmapText, NoticesThatPointLinesWereLeftOutWhereNamesHaveBlanks) {
+  ColmapFolder files;
+  const auto model = files.model(false);
+  const std::string first = "1 1 0 0 0 0 0 0 7 a.png\n", second = "2 0.8 0.6 0 0 0.5 0 0 7 ";
+  for (const char* name : {"a photo 12", "10 20 30"}) {
+    files.folder.write("sparse/0/images.txt", first + second + name + "\n");
+    EXPECT_TRUE(contains(input_error([&] { read_scene(model, {}); }), "images.txt: line 2: expected the points"))
+        << name;
+    files.folder.write("sparse/0/images.txt", first + "\n" + second + name + "\n1.5 2.5 -1\n");
+    EXPECT_EQ(read_scene(model, {.allow_missing_photos = true}).views.size(), 2u) << name;
+  }
+}
+
+// The first could be the pose of a photo that is named "700 800 9", and the second could be points.
+TEST(ColmapText, RefusesPointsInThePlaceOfAPose) {
+  ColmapFolder files;
+  const auto model = files.model(false);
+  for (const char* line : {"100 200 5 300 400 -1 500 600 7 700 800 9\n", "2 1 0 0 0 0 0 0 7 10 20 30\n"}) {
+    files.folder.write("sparse/0/images.txt", std::string("1 1 0 0 0 0 0 0 7 a.png\n\n") + line);
+    EXPECT_TRUE(contains(input_error([&] { read_scene(model, {.allow_missing_photos = true}); }),
+                         "images.txt: line 3: expected IMAGE_ID"))
+        << line;
+  }
+}
+
 TEST(ColmapText, SaysWhichLineIsWrong) {
   ColmapFolder files;
   const auto model = files.model(false);
