@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
+#include <utility>
 
 #include "app/results/output_folder.h"
 #include "io/file_bytes.h"
@@ -45,19 +47,8 @@ bool are_figures(const Json& json) {
          std::ranges::all_of(json, [](const Json& figure) { return figure.is_number() || figure.is_null(); });
 }
 
-}  // namespace
-
-UnitOutput output_of(const std::filesystem::path& job, const std::filesystem::path& file) {
-  const io::FileBytes bytes(file);
-  io::WorkHash hash;
-  hash.add(bytes.view());
-  return {file.lexically_relative(job).string(), bytes.view().size(), hash.key()};
-}
-
-std::optional<Done> read_done(const std::filesystem::path& file) {
-  if (!io::is_file(file)) return std::nullopt;
-  const io::FileBytes bytes(file);
-  const Json json = Json::parse(bytes.view(), nullptr, false);
+std::optional<Done> done_from(std::string_view text) {
+  const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object() || !json.contains("outputs") || !json["outputs"].is_array()) return std::nullopt;
   const std::optional<io::WorkKey> key = key_member(json, "key");
   if (!key || !json.contains("figures") || !are_figures(json["figures"])) return std::nullopt;
@@ -71,6 +62,24 @@ std::optional<Done> read_done(const std::filesystem::path& file) {
   return done;
 }
 
+io::WorkKey hash_of(std::string_view bytes) {
+  io::WorkHash hash;
+  hash.add(bytes);
+  return hash.key();
+}
+
+}  // namespace
+
+UnitOutput output_of(const std::filesystem::path& job, const std::filesystem::path& file) {
+  const io::FileBytes bytes(file);
+  return {file.lexically_relative(job).string(), bytes.view().size(), hash_of(bytes.view())};
+}
+
+std::optional<Done> read_done(const std::filesystem::path& file) {
+  if (!io::is_file(file)) return std::nullopt;
+  return done_from(io::FileBytes(file).view());
+}
+
 void write_done(const std::filesystem::path& file, const Done& done) {
   Json outputs = Json::array();
   for (const UnitOutput& output : done.outputs)
@@ -78,6 +87,19 @@ void write_done(const std::filesystem::path& file, const Done& done) {
   io::OutputFile out(file);
   out.write(Json{{"key", text_of(done.key)}, {"outputs", outputs}, {"figures", done.figures}}.dump(1) + "\n");
   out.commit();
+}
+
+std::shared_ptr<const Done> DoneList::read() {
+  if (!io::is_file(file_)) return nullptr;
+  const io::FileBytes bytes(file_);
+  const io::WorkKey hash = hash_of(bytes.view());
+  const std::lock_guard lock(mutex_);
+  if (hash != hash_) {
+    std::optional<Done> done = done_from(bytes.view());
+    done_ = done ? std::make_shared<const Done>(std::move(*done)) : nullptr;
+    hash_ = hash;
+  }
+  return done_;
 }
 
 }  // namespace gpvc::tiles

@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/work_store.h"
@@ -32,5 +35,21 @@ struct Done {
 std::optional<Done> read_done(const std::filesystem::path& file);
 /// Throws OutputError.
 void write_done(const std::filesystem::path& file, const Done& done);
+
+/// The file of a list that is looked up again and again, with thousands of outputs. Each look reads the bytes, so that
+/// no change is missed, and parses them only where they have changed: parsing takes longer than reading an output does.
+/// Thread-safe.
+class DoneList {
+ public:
+  explicit DoneList(std::filesystem::path file) : file_(std::move(file)) {}
+  /// What read_done() gives, null for nullopt.
+  std::shared_ptr<const Done> read();
+
+ private:
+  std::filesystem::path file_;
+  std::mutex mutex_;
+  std::optional<io::WorkKey> hash_;   ///< of the bytes that were parsed last
+  std::shared_ptr<const Done> done_;  ///< what they say
+};
 
 }  // namespace gpvc::tiles

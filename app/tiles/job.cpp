@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 
 #include "app/pipeline/keys.h"
 #include "app/results/folder_files.h"
@@ -78,6 +79,9 @@ std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t
       result.push_back(t);
   return result;
 }
+
+JobFolder::JobFolder(fs::path folder)
+    : folder_(std::move(folder)), mesh_list_(std::make_shared<DoneList>(mesh_files())) {}
 
 void JobFolder::write_job(const Job& job, const io::WorkKey& key) const {
   keep(folder_ / "mesh", kSceneFile, key, [&](Writer& out) { out.add(job); });
@@ -157,7 +161,7 @@ void JobFolder::read(const std::string& unit_name, const std::string& name,
 void JobFolder::read_mesh_file(const std::string& name, const std::function<void(Reader&)>& fill) const {
   const io::WorkKey made = key();
   const fs::path file = folder_ / "mesh" / name;
-  const std::optional<Done> files = read_done(mesh_files());
+  const std::shared_ptr<const Done> files = mesh_list_->read();
   if (!files || files->key != made || !is_as_made(folder_, *files, file) ||
       !io::WorkStore(file.parent_path()).read(name, made, fill))
     throw InputError(file, "", "is missing or damaged", {Cure::make_job});

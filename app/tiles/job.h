@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -86,12 +87,14 @@ io::WorkKey job_key(const pipeline::Run& run, std::string_view program, const Jo
 /// The tiles with faces that views of a group may frame, ascending.
 std::vector<std::uint32_t> tiles_of_group(const Job& job, int level, std::size_t group);
 
+class DoneList;
+
 /// Reads and writes the files of a job. Errors name the file, and the unit that makes it.
 class JobFolder {
  public:
   /// The folders that units write into.
   static constexpr const char* kOfUnits[] = {"units", "result"};
-  explicit JobFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit JobFolder(std::filesystem::path folder);
 
   const std::filesystem::path& path() const { return folder_; }
   std::filesystem::path unit(const std::string& name) const { return folder_ / "units" / name; }
@@ -142,6 +145,7 @@ class JobFolder {
 
  private:
   std::filesystem::path folder_;
+  std::shared_ptr<DoneList> mesh_list_;  ///< of mesh_files()
 };
 
 }  // namespace gpvc::tiles
