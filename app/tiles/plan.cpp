@@ -241,8 +241,10 @@ class Planner {
     std::vector<std::string> seen;
     for (std::uint32_t g = 0; g < job_.groups.size(); ++g) {
       Unit& unit = add({see_unit(level, g), Stage::see, level, g, 0, {}, kCores});
-      if (level > 0)
+      if (level > 0) {
+        unit.after.push_back(see_unit(0, g));  // which tells what its photos are
         for (const std::uint32_t t : tiles_of_group(job_, level, g)) unit.after.push_back(ring_unit(level, t));
+      }
       estimates.see(g, unit);
       seen.push_back(unit.name);
     }

@@ -69,5 +69,22 @@ TEST(TilesPlan, UnitsWaitForEarlierWaves) {
   EXPECT_EQ(labels_before(job, 0, 2, 0, 3), "choose-0-1-3");
 }
 
+// Three photos that are looked at one by one; of four coarser tiles, the first is in one of them and the second in two.
+TEST(TilesPlan, CoarserLevelsWaitForWhatTheyRead) {
+  Job job;
+  job.scene.views.resize(3);
+  for (View& view : job.scene.views) view.camera = {100, 100, 100, 100, 50, 50, {}};
+  job.groups = {{ViewId{0}}, {ViewId{1}}, {ViewId{2}}};
+  job.levels.resize(2);
+  job.levels[0].tiles.resize(16);
+  job.levels[1].tiles.resize(4);
+  job.levels[1].tiles[0].views = {ViewId{0}};
+  job.levels[1].tiles[1].views = {ViewId{0}, ViewId{1}};
+  std::map<std::string, std::set<std::string>> after;
+  for (const Unit& unit : plan_units(job))
+    after.emplace(unit.name, std::set<std::string>(unit.after.begin(), unit.after.end()));
+  EXPECT_EQ(after.at("see-1-0"), (std::set<std::string>{"ring-1-0", "ring-1-1", "see-0-0"}));
+}
+
 }  // namespace
 }  // namespace gpvc::tiles
