@@ -196,13 +196,11 @@ class Planner {
     const Estimates estimates(job_, level);
     const std::vector<std::uint32_t> tiles = textured(level);
     if (level > 0) add_meshes(level);
-    add_seeing(level, estimates);
+    const std::vector<std::vector<std::string>> looks = add_seeing(level, estimates);
     for (const std::uint32_t t : tiles) {
       Unit& unit = add({cost_unit(level, t), Stage::cost, level, t, 0, {kJudgeUnit}, kCores});
-      if (level > 0) {
-        unit.after.push_back(ring_unit(level, t));
-        for (std::size_t g = 0; g < job_.groups.size(); ++g) unit.after.push_back(see_unit(level, g));
-      }
+      if (level > 0) unit.after.push_back(ring_unit(level, t));
+      unit.after.insert(unit.after.end(), looks[t].begin(), looks[t].end());
       estimates.cost(t, unit);
     }
     for (int round = 1; round <= kRounds; ++round) add_choice(level, round, estimates);
@@ -237,18 +235,25 @@ class Planner {
     }
   }
 
-  void add_seeing(int level, const Estimates& estimates) {
+  /// Returns, per tile, the units that look at it; none on level 0, where the unit that judges photos waits for all.
+  std::vector<std::vector<std::string>> add_seeing(int level, const Estimates& estimates) {
+    std::vector<std::vector<std::string>> looks(job_.tiles(level).size());
     std::vector<std::string> seen;
     for (std::uint32_t g = 0; g < job_.groups.size(); ++g) {
+      std::vector<std::uint32_t> tiles;
+      if (level > 0) tiles = tiles_of_group(job_, level, g);
+      if (level > 0 && tiles.empty()) continue;  // no unit would wait for it
       Unit& unit = add({see_unit(level, g), Stage::see, level, g, 0, {}, kCores});
-      if (level > 0) {
-        unit.after.push_back(see_unit(0, g));  // which tells what its photos are
-        for (const std::uint32_t t : tiles_of_group(job_, level, g)) unit.after.push_back(ring_unit(level, t));
+      if (level > 0) unit.after.push_back(see_unit(0, g));  // which tells what its photos are
+      for (const std::uint32_t t : tiles) {
+        unit.after.push_back(ring_unit(level, t));
+        looks[t].push_back(unit.name);
       }
       estimates.see(g, unit);
       seen.push_back(unit.name);
     }
     if (level == 0) estimates.judge(add({kJudgeUnit, Stage::judge, 0, 0, 0, std::move(seen), kCores}));
+    return looks;
   }
 
   void add_choice(int level, int round, const Estimates& estimates) {

@@ -84,6 +84,11 @@ TEST(TilesPlan, CoarserLevelsWaitForWhatTheyRead) {
   for (const Unit& unit : plan_units(job))
     after.emplace(unit.name, std::set<std::string>(unit.after.begin(), unit.after.end()));
   EXPECT_EQ(after.at("see-1-0"), (std::set<std::string>{"ring-1-0", "ring-1-1", "see-0-0"}));
+  EXPECT_EQ(after.at("cost-1-0"), (std::set<std::string>{"judge", "ring-1-0", "see-1-0"}));
+  EXPECT_EQ(after.at("cost-1-1"), (std::set<std::string>{"judge", "ring-1-1", "see-1-0", "see-1-1"}));
+  EXPECT_EQ(after.at("cost-1-2"), (std::set<std::string>{"judge", "ring-1-2"}));
+  EXPECT_TRUE(after.contains("see-0-2"));
+  EXPECT_FALSE(after.contains("see-1-2")) << "no tile of the level would wait for it";
 }
 
 }  // namespace
