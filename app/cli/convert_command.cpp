@@ -9,6 +9,7 @@
 #include "app/checks/mesh_frame.h"
 #include "app/checks/nearness.h"
 #include "app/cli/scene_input.h"
+#include "app/pipeline/texture_files.h"
 #include "app/pipeline/undistort.h"
 #include "io/mesh.h"
 #include "io/output_file.h"
@@ -244,7 +245,7 @@ class Conversion {
     const fs::path file = folder_.file(places_[i]);
     if (copies_photos()) return io::copy_file(view.photo, file);
     const io::ImageFormat format = is_jpeg(file) ? io::ImageFormat::jpg : io::ImageFormat::png;
-    const io::ColorProfile profile = io::read_color_profile(view.photo);
+    const io::ColorProfile profile = pipeline::profile_of_photo(scene_, used_[i], photos);
     const auto photo = photos.photo(used_[i]);
     std::vector<std::uint8_t> inside;
     if (options_.undistort)

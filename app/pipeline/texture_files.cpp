@@ -118,12 +118,22 @@ io::ModelOptions model_options(const Input& input, std::span<const ViewId> label
   return model;
 }
 
-io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
+io::ColorProfile profile_of_photo(const Scene& scene, ViewId view, io::PhotoSource& photos) {
+  const fs::path& file = scene.views[index(view)].photo;
+  if (file.empty()) return {};
+  photos.key(view);  // throws where the file has changed
+  io::ColorProfile profile = io::read_color_profile(file);
+  photos.key(view);
+  return profile;
+}
+
+io::ColorProfile profile_of_photos(const Run& run) {
+  const Input& input = run.input;
   const auto view_of = [&](std::size_t n) -> const View& { return input.scene.views[index(input.views[n])]; };
   const auto profile_of = [&](std::size_t n) {
     return view_of(n).photo.empty() ? io::ColorProfile{} : io::read_color_profile(view_of(n).photo);
   };
-  const io::ColorProfile first = profile_of(0);
+  const io::ColorProfile first = profile_of_photo(input.scene, input.views.front(), run.photos);
   std::vector<std::uint8_t> differs(input.views.size(), 0);
   tbb::parallel_for(std::size_t{1}, input.views.size(),
                     [&](std::size_t n) { differs[n] = profile_of(n) != first ? 1 : 0; });
@@ -131,7 +141,7 @@ io::ColorProfile profile_of_photos(const Input& input, Observer& observer) {
   for (std::size_t n = 0; n < differs.size(); ++n)
     if (differs[n] != 0) names.push_back(view_of(n).name);
   if (!names.empty())
-    observer.warning(
+    run.observer.warning(
         fmt::format("{} of {} photos have another colour profile than {}, {}: {}; colours are not converted",
                     names.size(), differs.size(), view_of(0).name,
                     first.empty() ? "which has none, so the pages have none" : "whose profile the pages keep",
@@ -157,7 +167,7 @@ FileSizes predicted_sizes(const Input& input, const Settings& settings, double t
 
 ModelFiles::ModelFiles(const Run& run, OutputFolder& folder, std::span<const ViewId> labels,
                        std::span<const labeling::FaceTag> tags)
-    : run_(run), folder_(folder), profile_(profile_of_photos(run.input, run.observer)), labels_(labels), tags_(tags) {
+    : run_(run), folder_(folder), profile_(profile_of_photos(run)), labels_(labels), tags_(tags) {
   run.observer.figure("color_profile_bytes", profile_.size());
 }
 

@@ -37,9 +37,13 @@ inline constexpr const char* kMetadataFile = "metadata.xml";
 /// Throws OutputError. \pre the model has a reference system
 void write_metadata(const io::ModelOptions& model, const std::filesystem::path& file);
 
-/// The color profile of the first view's photo file, for the pages; empty where it has none or there is no file. Warns of
-/// photos with another profile, because colors are not converted. Reads file headers only. Throws InputError.
-io::ColorProfile profile_of_photos(const Input& input, Observer& observer);
+/// The color profile of a view's photo file; empty where it has none or there is no file. Throws InputError, also where
+/// the file is not what it was when `photos`, a source with keys, first read it.
+io::ColorProfile profile_of_photo(const Scene& scene, ViewId view, io::PhotoSource& photos);
+
+/// The color profile for the pages, that of the first view's photo. Warns of photos with another profile, of which it
+/// reads the headers alone, because colors are not converted. Throws InputError.
+io::ColorProfile profile_of_photos(const Run& run);
 
 /// By how much pages with so many texels are reduced for a preview, which needs no more of them.
 int preview_reduction(std::size_t page_texels);

@@ -218,6 +218,9 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
                            const std::string& program, pipeline::Observer& observer) {
   checks::validate(input);
   tileset::refuse_place(input.scene, input.mesh.positions.front(), settings.tiles.place);
+  // Whose bytes count are those that units look at.
+  io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
+  const pipeline::Run run{input, settings.texture, no_photos, observer};
   Job job;
   job.settings = settings;
   // Which faces have a view is not known yet.
@@ -227,12 +230,11 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
   // They would differ along the borders of tiles.
   job.model.normals = job.tiles_model.normals = false;
   job.tiles_model.copyright = settings.tiles.copyright;
-  job.color_profile = pipeline::profile_of_photos(input, observer);
+  job.color_profile = pipeline::profile_of_photos(run);
   job.tie_points = checks::read_tie_points(input.scene, observer);
   job.listed = pipeline::listed_vertices(settings.texture.view_rules, input.mesh);
   pipeline::allowed_views(settings.texture.view_rules, input.mesh, input.scene.views.size(), observer);  // notes them
-  io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });
-  const io::WorkKey key = job_key({input, settings.texture, no_photos, observer}, program, job);
+  const io::WorkKey key = job_key(run, program, job);
   const fs::path mesh = folder.path() / "mesh";
   Done files{key};
   const auto keep_tile = [&](std::uint32_t number, const TileMesh& tile) {

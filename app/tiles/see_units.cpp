@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "app/checks/scene_fit.h"
 #include "app/pipeline/steps.h"
+#include "app/pipeline/texture_files.h"
 #include "app/pipeline/view_loop.h"
 #include "app/tiles/sound.h"
 #include "app/tiles/tile_work.h"
@@ -142,6 +144,12 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   const Scene scene = scene_at(job_, unit.level);
   const pipeline::Input input{scene, all.mesh(), views, job_.mesh_file};
   io::PhotoCache photos(scene, 0, &photos_.hashes());
+  // Pages have the profile that the job's first photo had when the job was made.
+  const ViewId first = job_.views.front();
+  const std::filesystem::path& first_photo = scene.views[index(first)].photo;
+  if (unit.level == 0 && std::ranges::binary_search(views, first) &&
+      pipeline::profile_of_photo(scene, first, photos) != job_.color_profile)
+    throw InputError(first_photo, "", "has another colour profile than the job's pages", {Cure::make_job});
   labeling::CandidateCollector collector(input.mesh, settings_.costs);
   const checks::FitLook look(input, job_.tie_points, job_.views);
   ViewDivider divider(input.mesh.faces.size());

@@ -57,7 +57,7 @@ class TilesetMaker {
         leaves_(leaf_count(run.input.mesh.faces.size(), settings.faces_per_tile)),
         views_(run.input.views.begin(), run.input.views.end()),
         listed_(pipeline::listed_vertices(run.settings.view_rules, run.input.mesh)),
-        profile_(pipeline::profile_of_photos(run.input, run.observer)) {}
+        profile_(pipeline::profile_of_photos(run)) {}
 
   TilesetReport make() {
     const int depth = tree_depth(leaves_);

@@ -184,6 +184,27 @@ TEST_F(TilesJob, WhatNoViewSeesIsRefusedThoughTheHashIsRight) {
   }));
 }
 
+// Pages have the profile of a photo that was read when the job was made.
+TEST_F(TilesJob, AFirstPhotoOfAnotherProfileThanThePagesIsRefused) {
+  test::TemporaryFolder copy;
+  fs::copy(job(1000).path(), copy.path(), fs::copy_options::recursive);
+  const JobFolder folder(copy.path());
+  Job changed = folder.read_job();
+  changed.color_profile = {1, 2, 3};
+  rewrite(folder, copy.path() / "mesh" / kSceneFile,
+          [&](io::WorkStore::Writer& out, std::string&) { out.add(changed); });
+  UnitRunner runner(folder, {}, observer_);
+  std::size_t refused = 0;
+  for (std::size_t g = 0; g < changed.groups.size(); ++g) {
+    fs::remove(folder.done_file(see_unit(0, g)));
+    const std::optional<Error> error = test::caught([&] { runner.run(runner.find(see_unit(0, g))); });
+    if (!error) continue;
+    ++refused;
+    EXPECT_TRUE(test::contains(error->what(), "has another colour profile than the job's pages")) << error->what();
+  }
+  EXPECT_EQ(refused, 1u) << "by the unit that looks at it";
+}
+
 // As when a job is made anew while a unit of the former one waits for its lock.
 TEST_F(TilesJob, AReplacedJobIsNotWorkedOnAsTheFormerOne) {
   test::TemporaryFolder copy;
