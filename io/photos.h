@@ -72,9 +72,9 @@ class PhotoSource {
 /// outside the limit until released, and are handed out again until then: the views of one file, and its alphas, share a
 /// decoding. `scene` must outlive the cache.
 ///
-/// Photos and masks are read several times, and each time must be the files that they were first, byte for byte: all
-/// functions throw InputError for one that has changed since. Each reading compares the file's size and times; its hash is taken
-/// once, before it is decoded for the first time.
+/// Photos and masks are read several times, and each time must be the files that they were first, byte for byte, which
+/// for Scene::circle_photos was when the scene was read: all functions throw InputError for one that has changed since.
+/// Each reading compares the file's size and times; its hash is taken once, before it is decoded for the first time.
 class PhotoCache final : public PhotoSource {
  public:
   /// \param known what is known of the files already, which they must still be; borrowed

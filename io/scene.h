@@ -190,6 +190,12 @@ struct BadPhoto {
   std::string reason{};  ///< what the problem leaves open, without the file: "is 20 x 30 pixels, ..."; may be empty
 };
 
+/// A photo as it was when something was read from its pixels.
+struct HashedPhoto {
+  std::filesystem::path file;
+  std::array<std::uint64_t, 2> hash{};  ///< of its bytes, the bits of an io::WorkKey
+};
+
 struct Scene {
   std::filesystem::path source;  ///< as given by the user
   std::vector<View> views;       ///< by name, bytewise
@@ -206,6 +212,7 @@ struct Scene {
   /// The source of the cameras: a file, or a folder of files that belong together.
   std::filesystem::path read_from{};
   std::vector<std::filesystem::path> files{};  ///< the files that belong to it, except photos and masks
+  std::vector<HashedPhoto> circle_photos{};    ///< that Distortion::max_angle of wide fisheyes was found in
 };
 
 /// +, - and x alone, in this order, so that a shader can repeat it bit for bit.

@@ -17,7 +17,9 @@ GPVC_MEMBERS(Camera, width, height, fx, fy, cx, cy, distortion)
 GPVC_MEMBERS(View, name, photo, camera, pose, mask, uses_alpha, reduction, number)
 GPVC_MEMBERS(BadPhoto, view, problem, reason)
 GPVC_MEMBERS(SceneFrame, name, rotation, origin, scale, srs)
-GPVC_MEMBERS(Scene, source, views, srs, offset, other_frames, reference, format, warnings, bad_photos, read_from, files)
+GPVC_MEMBERS(HashedPhoto, file, hash)
+GPVC_MEMBERS(Scene, source, views, srs, offset, other_frames, reference, format, warnings, bad_photos, read_from, files,
+             circle_photos)
 GPVC_MEMBERS(Mesh, positions, faces, source_face, file_positions, file_srs, warnings)
 
 }  // namespace gpvc

@@ -194,6 +194,8 @@ void cut(const checks::Input& input, const JobSettings& settings, results::Obser
   for (View& view : job.scene.views)
     for (fs::path* file : {&view.photo, &view.mask})
       if (!file->empty()) *file = fs::absolute(*file).lexically_normal();
+  job.scene.circle_photos = input.scene.circle_photos;
+  for (HashedPhoto& photo : job.scene.circle_photos) photo.file = fs::absolute(photo.file).lexically_normal();
   job.levels.push_back(std::move(finest));
   const std::vector<double> lengths = checks::sampling_distances(input.mesh, input.scene, input.views);
   const double photo_texel = lengths.empty() ? 0 : lengths[lengths.size() / 2];

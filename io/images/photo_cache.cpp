@@ -121,12 +121,22 @@ struct PhotoCache::State {
 
   Photo fetch(std::size_t key);
 
+  /// The hash of a file, which must be what it was first, be it when the scene was read.
+  WorkKey hash_of(const std::filesystem::path& file) {
+    const WorkKey hash = hashes.unchanged(file).hash;
+    const auto read = std::ranges::find(scene.circle_photos, file, &HashedPhoto::file);
+    if (read != scene.circle_photos.end() && read->hash != hash.bits)
+      throw InputError(file, "",
+                       "has changed since the image circle of its lens was found in it; begin again with the scene");
+    return hash;
+  }
+
   /// Reads something from the view's files, between two looks at them.
   template <typename Read>
   auto read_unchanged(const View& view, const Read& read) {
     const auto look = [&] {
       for (const std::filesystem::path& file : {std::cref(view.photo), std::cref(view.mask)})
-        if (!file.empty()) hashes.unchanged(file);
+        if (!file.empty()) hash_of(file);
     };
     look();
     auto result = read(view);
@@ -167,9 +177,9 @@ std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
 std::optional<WorkKey> PhotoCache::key(ViewId view) {
   const View& v = state_->scene.views.at(index(view));
   WorkHash hash;
-  hash.add(state_->hashes.unchanged(v.photo).hash);
+  hash.add(state_->hash_of(v.photo));
   hash.add(!v.mask.empty());
-  if (!v.mask.empty()) hash.add(state_->hashes.unchanged(v.mask).hash);
+  if (!v.mask.empty()) hash.add(state_->hash_of(v.mask));
   hash.add(v.uses_alpha);
   hash.add(v.reduction);
   return hash.key();

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "io/file_hashes.h"
 #include "io/images/image_file.h"
 #include "io/lens/lens.h"
 #include "io/scenes/scene_file.h"
@@ -166,7 +167,9 @@ std::vector<View> fisheye_views(const View& view) {
   return views;
 }
 
-void find_image_circles(std::vector<View>& views, const std::vector<bool>& needed) {
+std::vector<HashedPhoto> find_image_circles(std::vector<View>& views, const std::vector<bool>& needed) {
+  std::vector<HashedPhoto> decoded;
+  FileHashes hashes;
   std::vector<bool> done(views.size(), false);
   for (std::size_t first = 0; first < views.size(); ++first) {
     if (done[first] || views[first].photo.empty() || !is_wide_fisheye(views[first])) continue;
@@ -178,7 +181,12 @@ void find_image_circles(std::vector<View>& views, const std::vector<bool>& neede
     const std::size_t count = std::min(kPhotos, same.size());
     for (std::size_t n = 0; n < count; ++n)
       for (std::size_t at = n * same.size() / count; at < (n + 1) * same.size() / count; ++at) try {
-          rings.add(read_image(views[same[at]].photo));
+          const std::filesystem::path& file = views[same[at]].photo;
+          const WorkKey hash = hashes.unchanged(file).hash;
+          const Image photo = read_image(file);
+          hashes.unchanged(file);  // throws where it has changed meanwhile
+          rings.add(photo);
+          decoded.push_back({file, hash.bits});
           break;
         } catch (const InputError&) {
           if (needed[same[at]]) throw;
@@ -189,6 +197,7 @@ void find_image_circles(std::vector<View>& views, const std::vector<bool>& neede
       done[i] = true;
     }
   }
+  return decoded;
 }
 
 }  // namespace gpvc::io

@@ -15,7 +15,8 @@ std::vector<View> fisheye_views(const View& view);
 
 /// Finds how far from its axis each wide fisheye shows something, Distortion::max_angle: no file says how large its image
 /// circle is, and what lies around it is dark. Decodes up to three photos of each such lens, needed or not, so that the
-/// circle is that of the scene. Forgets photos that are not needed and cannot be decoded; throws InputError for others.
-void find_image_circles(std::vector<View>& views, const std::vector<bool>& needed);
+/// circle is that of the scene, and returns which. Forgets photos that are not needed and cannot be decoded; throws
+/// InputError for others.
+std::vector<HashedPhoto> find_image_circles(std::vector<View>& views, const std::vector<bool>& needed);
 
 }  // namespace gpvc::io

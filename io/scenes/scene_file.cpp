@@ -328,10 +328,10 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   fit_cameras(file, needed);
   if (options.skip_bad_photos) forget_damaged_photos(file, needed);
   refuse_bad_photos(file, needed, folder, options.skip_bad_photos);
-  if (!options.whole_fisheyes) find_image_circles(file.views, needed);
+  Scene scene;
+  if (!options.whole_fisheyes) scene.circle_photos = find_image_circles(file.views, needed);
   find_masks(file, options);
   warn_of_unused_range(file);
-  Scene scene;
   scene.source = source;
   for (View& view : file.views) {
     if (view.camera.width != 0) view.camera = reduced(view, options.downscale);

@@ -265,6 +265,19 @@ TEST(FisheyeViews, ShareTheirPhoto) {
   EXPECT_EQ(photos.photo(ViewId{0})->width, 120);
 }
 
+// A cache hashes a photo when it first reads it, which is after the scene was read.
+TEST(FisheyeViews, RefuseAPhotoThatChangesAfterItsCircleWasFound) {
+  const FisheyeFolder files;
+  const Scene scene = read_scene(files.folder.path(), {});
+  EXPECT_EQ(PhotoCache(scene).photo(ViewId{4})->width, 120);
+  const Image other{120, 120, 3, std::vector<std::uint8_t>(std::size_t{3} * 120 * 120, 99)};
+  write_image(files.folder.path() / "images/a.jpg", other, ImageFormat::png, 0);
+  PhotoCache photos(scene);
+  const std::string sentence = "a.jpg: has changed since the image circle of its lens was found in it";
+  EXPECT_TRUE(test::contains(test::input_error([&] { photos.photo(ViewId{4}); }), sentence));
+  EXPECT_TRUE(test::contains(test::input_error([&] { photos.key(ViewId{0}); }), sentence));
+}
+
 TEST(FisheyeViews, AreOneForWriting) {
   const FisheyeFolder files;
   const Scene scene = read_scene(files.folder.path(), {.whole_fisheyes = true});
