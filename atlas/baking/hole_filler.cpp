@@ -104,17 +104,19 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   }
   if (vertex.empty()) return;
   const auto n = static_cast<Eigen::Index>(vertex.size());
-  std::vector<Eigen::Triplet<double>> entries;
-  std::vector<double> edges(vertex.size(), 0);  // per unknown
+  // Memory for millions of faces: what edges add to the diagonal would be half of all entries, and a list that grows has
+  // room for twice as many.
+  std::vector<double> diagonal(vertex.size(), 0);
   const auto inner = std::ranges::count_if(
-      holes.edges, [&](const auto& e) { return unknown[e.first] != kNoHole && unknown[e.second] != kNoHole; });
+      holes.edges, [&](const auto& ends) { return unknown[ends[0]] != kNoHole && unknown[ends[1]] != kNoHole; });
+  std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(vertex.size() + 2 * static_cast<std::size_t>(inner));
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3), guess(n, 3);
   for (const auto& [a, b] : holes.edges) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
       if (unknown[from] == kNoHole) continue;
       const int row = static_cast<int>(unknown[from]);
-      edges[unknown[from]] += 1;
+      diagonal[unknown[from]] += 1;
       if (unknown[to] != kNoHole)
         entries.emplace_back(row, static_cast<int>(unknown[to]), -1.0);
       else
@@ -124,7 +126,7 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
   for (Eigen::Index i = 0; i < n; ++i) {
     const Color& c = holes.color[vertex[static_cast<std::size_t>(i)]];
     guess.row(i) = Eigen::RowVector3d(c.r, c.g, c.b);
-    entries.emplace_back(static_cast<int>(i), static_cast<int>(i), edges[static_cast<std::size_t>(i)]);
+    entries.emplace_back(static_cast<int>(i), static_cast<int>(i), diagonal[static_cast<std::size_t>(i)]);
   }
   Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
