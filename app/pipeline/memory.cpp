@@ -1,6 +1,7 @@
 #include "app/pipeline/memory.h"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <unistd.h>
@@ -102,6 +103,13 @@ constexpr double kLeastBatch = 64 * kMB;
 // each batch. Partial charts of a page take up to a quarter of what the page takes, and most pages have none.
 constexpr double kPagesShare = 0.85;
 
+// Threads that loops are shared out to: of the arena, fewer where a global_control allows fewer.
+int usable_threads() {
+  using Control = tbb::global_control;
+  const auto allowed = static_cast<int>(Control::active_value(Control::max_allowed_parallelism));
+  return std::min(allowed, tbb::this_task_arena::max_concurrency());
+}
+
 }  // namespace
 
 std::size_t available_memory(const fs::path& root) {
@@ -151,12 +159,12 @@ Workload workload(const Input& input, const Settings& settings) {
   return work;
 }
 
-MemoryNeed memory_need(const Workload& work) {
+MemoryNeed memory_need(const Workload& work, int threads) {
   using namespace held;
   const double always = kProgram + mesh(work) + kNeighbours * work.faces;
-  // An index of each face for each thread that views or labels are shared out to. Factors were fitted on two threads.
-  const double threads = std::min<double>(tbb::this_task_arena::max_concurrency(), work.views);
-  const double of_threads = kIndex * work.faces * std::max(0.0, threads - 2);
+  // Each thread that averages a view, or cuts the graph of a label, has an index of all faces. Those of two threads are in
+  // the factors, which were fitted on two.
+  const double of_threads = kIndex * work.faces * std::max(0.0, std::min<double>(threads, work.views) - 2);
   MemoryNeed need;
   // Records and the candidates that are made from them; classes of two views and two indices a face.
   need.see = always + of_threads + (kRecord + kCandidate) * work.pairs + view(work) + previews(work) +
@@ -247,6 +255,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   const double lean = std::max(
       {plan.need.see + photos, plan.need.choose + photos, plan.need.write, plan.need.bake + pages + 2 * photos});
   plan.limit = std::max(least, settings.memory_bytes > 0 ? kKeep * most : std::min(most, lean));
+  plan.most = settings.memory_bytes > 0 ? plan.limit : std::max(plan.limit, most);
   return plan;
 }
 
@@ -254,7 +263,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
 
 MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   const Workload work = workload(input, settings);
-  return plan_for(work, memory_need(work), settings);
+  return plan_for(work, memory_need(work, usable_threads()), settings);
 }
 
 MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
@@ -264,7 +273,9 @@ MemoryPlan plan_baking(const Input& input, const Settings& settings, const visib
 }
 
 MemoryPlan with_coverage(MemoryPlan plan, const visibility::CoverageTable& coverage) {
-  plan.need.bake += held_by(coverage);
+  const double held = held_by(coverage);
+  plan.need.bake += held;
+  plan.limit = std::min(plan.most, plan.limit + held);
   return plan;
 }
 

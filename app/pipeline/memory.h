@@ -37,7 +37,8 @@ Workload workload(const Input& input, const Settings& settings);
 struct MemoryNeed {
   double see = 0, choose = 0, bake = 0, write = 0;
 };
-MemoryNeed memory_need(const Workload& work);
+/// \param threads that views and labels are shared out to; baking and writing need the same for any number
+MemoryNeed memory_need(const Workload& work, int threads = 1);
 
 /// Wall seconds on so many cores.
 double predicted_seconds(const Workload& work, int threads);
@@ -52,6 +53,7 @@ class MemoryError : public Error {
 /// How a run uses its memory. Results do not depend on it.
 struct MemoryPlan {
   double limit = 0;  ///< bytes that the run stays below
+  double most = 0;   ///< that the limit may grow to: itself where one was set, else default_memory_limit()
   MemoryNeed need;
   Workload work;
 
@@ -78,7 +80,8 @@ MemoryPlan plan_memory(const Input& input, const Settings& settings);
 /// partial faces was known.
 MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
                        double promised);
-/// The same plan where what views see of partial faces is known, and held while the atlas is baked.
+/// The plan of a run that knows by now what views see of partial faces, and holds it while the atlas is baked. The limit
+/// grows by as much, where it may, so that pages and photos have the room that they had.
 MemoryPlan with_coverage(MemoryPlan plan, const visibility::CoverageTable& coverage);
 
 }  // namespace gpvc::pipeline

@@ -105,15 +105,37 @@ TEST_F(MemoryPlanTest, LimitIsSharedBetweenPagesAndPhotos) {
   EXPECT_LT(lean.while_baking(pages, page).pages, std::size_t{1000000000}) << "not all pages fit";
 }
 
+double sum(const MemoryPlan::Shares& of) { return static_cast<double>(of.pages + of.batch + of.photos); }
+
 TEST_F(MemoryPlanTest, WhatViewsSeeOfPartialFacesIsHeldWhileBaking) {
   visibility::CoverageTable coverage;
   coverage.words.resize(20'000'000);
   const MemoryPlan without = plan(4e9), with = with_coverage(without, coverage);
-  const auto sum = [](const MemoryPlan::Shares& shares) {
-    return static_cast<double>(shares.pages + shares.batch + shares.photos);
-  };
-  EXPECT_LE(sum(with.while_baking(1e9, 1e8)), sum(without.while_baking(1e9, 1e8)) - 160e6 + 1);
+  EXPECT_NEAR(sum(without.while_baking(1e9, 1e8)) - sum(with.while_baking(1e9, 1e8)), 160e6, 3) << "rounded to bytes";
   EXPECT_EQ(with.limit, without.limit);
+}
+
+TEST_F(MemoryPlanTest, WhatViewsSeeOfPartialFacesRaisesALimitThatNobodySet) {
+  visibility::CoverageTable coverage;
+  coverage.words.resize(1'000'000);
+  const MemoryPlan without = plan(0), with = with_coverage(without, coverage);
+  EXPECT_DOUBLE_EQ(with.limit, without.limit + 8e6);
+  EXPECT_NEAR(sum(with.while_baking(1e9, 1e8)), sum(without.while_baking(1e9, 1e8)), 3) << "rounded to bytes";
+  MemoryPlan full = without;
+  full.most = full.limit;
+  EXPECT_EQ(with_coverage(full, coverage).limit, full.limit) << "the machine has no more";
+}
+
+TEST(MemoryNeed, EachThreadHasAnIndexOfAllFaces) {
+  Workload work;
+  work.faces = 20e6;
+  work.views = 100;
+  const MemoryNeed two = memory_need(work, 2), many = memory_need(work, 64);
+  EXPECT_NEAR(many.see - two.see, 62 * 4 * 20e6, 1);
+  EXPECT_NEAR(many.choose - two.choose, 62 * 4 * 20e6, 1);
+  EXPECT_EQ(many.bake, two.bake);
+  work.views = 3;
+  EXPECT_NEAR(memory_need(work, 64).see - memory_need(work, 2).see, 4 * 20e6, 1) << "a view is averaged by one thread";
 }
 
 TEST_F(MemoryPlanTest, TooLittleIsRefusedWithWhatIsNeeded) {
