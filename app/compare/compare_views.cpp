@@ -170,7 +170,7 @@ std::vector<ModelViews::Window> ModelViews::windows(std::span<const ShownModel> 
           sum += deviations[pixel_index(u, v, small.width)];
           shown += covered[pixel_index(u * factor, v * factor, camera.width)] != 0 ? 1 : 0;
         }
-      // Not where all models agree, or where the mesh covers next to nothing.
+      // Not where all models agree, or where the mesh covers less than half.
       if (sum == 0 || shown < 0.5 * w * h) continue;
       found.push_back({view, std::min(x * factor, camera.width - width), std::min(y * factor, camera.height - height),
                        width, height, sum / (w * h)});

@@ -272,7 +272,7 @@ Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::Ren
   if (result.score.covered > 0)
     result.score.completeness = static_cast<double>(textured) / static_cast<double>(result.score.covered);
 
-  reduction = std::min({reduction, photo.photo.width, photo.photo.height});  // or nothing would be left of tiny photos
+  reduction = std::min({reduction, photo.photo.width, photo.photo.height});
   const cv::Mat taken = reduce(photo.photo, reduction);
   cv::Mat made = reduce(render.image, reduction);
   const cv::Mat scored =

@@ -62,9 +62,9 @@ std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const View& view, con
 pipeline::RenderResult render_view(const io::TexturedModel& model, const std::vector<Image>& pages, const View& view,
                                    const WorldPoint& offset);
 
-/// Compares a render with a photo of the same frame. Both are reduced by `reduction` with area averaging. A reduced pixel
-/// counts if all of its pixels are textured and inside; a window counts if all of its pixels do. Each channel of the
-/// render is multiplied by one gain so that its mean equals the photo's.
+/// Compares a render with a photo of the same frame. Both are reduced by `reduction` with area averaging, but no further
+/// than to an edge of one pixel. A reduced pixel counts if all of its pixels are textured and inside; a window counts if
+/// all of its pixels do. Each channel of the render is multiplied by one gain so that its mean equals the photo's.
 Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::RenderResult& render, int reduction);
 
 }  // namespace gpvc::evaluate

@@ -2,13 +2,18 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "app/compare/bias_sweep.h"
 #include "app/compare/compare_modes.h"
 #include "app/compare/compare_report.h"
+#include "app/compare/compare_views.h"
 #include "app/evaluate/oracle_check.h"
+#include "io/images.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/temporary_folder.h"
 
 namespace gpvc {
 namespace {
@@ -77,6 +82,43 @@ TEST(Confusion, CountsByTheOraclesClass) {
   EXPECT_DOUBLE_EQ(agreement.missed_full(), 1 - 0.9);
   EXPECT_DOUBLE_EQ(agreement.false_full(), 5.0 / 23.0);
   EXPECT_DOUBLE_EQ(agreement.accuracy(), 116.0 / 130.0);
+}
+
+Image flat_image(std::uint8_t grey, int channels) {
+  return {100, 100, channels, std::vector<std::uint8_t>(100 * 100 * static_cast<std::size_t>(channels), grey)};
+}
+
+class GreyPhotos final : public io::PhotoSource {
+ public:
+  std::shared_ptr<const Image> photo(ViewId) override { return std::make_shared<const Image>(flat_image(90, 3)); }
+  std::shared_ptr<const io::PhotoExclusion> exclusion(ViewId) override { return nullptr; }
+};
+
+// Windows are half as wide and high as the photo of 10 x 10 units. Models differ all over it.
+TEST(ModelViews, CropsShowWhatTheMeshCoversByHalf) {
+  const test::TemporaryFolder folder;
+  Scene scene;
+  scene.views.resize(1);
+  View& view = scene.views[0];
+  view.camera = {100, 100, 100, 100, 50, 50, {}};
+  view.pose.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  view.pose.centre = {5, 5, 10};
+  const std::vector<ViewId> views{ViewId{0}};
+  constexpr std::uint8_t kGreys[] = {50, 150};
+  std::vector<compare::ShownModel> models(2);
+  for (std::size_t n = 0; n < models.size(); ++n) {
+    models[n].thumbnails = {flat_image(kGreys[n], 1)};
+    models[n].renders = {folder.path() / (std::to_string(n) + ".png")};
+    io::write_image(models[n].renders[0], flat_image(kGreys[n], 3), io::ImageFormat::png, 90);
+  }
+  GreyPhotos photos;
+  const auto crops_of = [&](double edge) {
+    const Mesh mesh = test::grid_mesh(1, 1, edge);
+    const compare::ModelViewsOptions options{.scored = {}, .cropped = views, .renders = folder.path()};
+    return compare::ModelViews({scene, mesh, views}, photos, options, {}).crops(models, 1);
+  };
+  EXPECT_EQ(crops_of(10).size(), 1u);
+  EXPECT_TRUE(crops_of(2).empty()) << "a sixth of a window at most";
 }
 
 compare::Json small_report() {

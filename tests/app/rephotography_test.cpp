@@ -34,7 +34,7 @@ TEST(Rephotography, AGainOfThePhotoIsNoErrorOfColor) {
   EXPECT_GT(compare_with_photo(photo, render, 1).score.gained_color_error, 5);
 }
 
-/// Nothing would be left of it at that reduction.
+/// A block of 4 x 4 pixels does not fit into it.
 TEST(Rephotography, APhotoSmallerThanTheReductionHasNoScore) {
   const std::vector<std::uint8_t> everywhere(3 * 40, 255);
   const Image grey{3, 40, 3, std::vector<std::uint8_t>(3 * 40 * 3, 99)};
