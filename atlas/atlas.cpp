@@ -101,6 +101,8 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
     throw std::invalid_argument("tile must be empty or have one entry per face");
   if (!input.exposure.empty() && input.exposure.size() != input.scene.views.size())
     throw std::invalid_argument("exposure must be empty or have one entry per view");
+  if (!std::ranges::all_of(input.exposure, [](const ViewExposure& exposure) { return is_sound(exposure); }))
+    throw std::invalid_argument("exposure must have finite numbers, and gains above 0 and up to 2.5");
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");
   if (whole_blocks(options.page_size, options.padding) < 2 * options.padding + kLeastRoom)
     throw std::invalid_argument("page size leaves no room within the padding");

@@ -85,14 +85,15 @@ struct AtlasStatistics {
 };
 
 /// Exposure of a view. Leveling multiplies a colour at distance r from the centre, 1 being half the diagonal, by the
-/// gain of its channel and by exp(k1 r^2 + k2 r^4), which undoes the fall-off towards the corners.
+/// gain of its channel and by exp(k1 r^2 + k2 r^4), which undoes the fall-off towards the corners, within [1/4, 4].
 struct ViewExposure {
   std::array<float, 3> gain{1, 1, 1};
   double centre_x = 0, centre_y = 0, inverse_radius2 = 0;  ///< of half the diagonal; px of the undistorted frame
   double k1 = 0, k2 = 0;                                   ///< equal for all views of a camera
 };
 GPVC_MEMBERS(ViewExposure, gain, centre_x, centre_y, inverse_radius2, k1, k2)
-/// True if it makes a colour of every colour: all numbers are finite, the gains above 0, the radius no negative one.
+/// True if it makes a colour of every colour: all numbers are finite, the gains above 0 and at most 2.5, the radius no
+/// negative one.
 bool is_sound(const ViewExposure& exposure);
 
 struct TextureAtlas {
@@ -130,7 +131,7 @@ struct AtlasInput {
   /// partial faces are not filled from the border. Empty: no border.
   std::span<const std::uint8_t> border = {};
   /// Per view, used instead of an exposure fitted from the seams of this input, so that parts of a mesh get the same
-  /// one; see fit_exposure. Without effect with SeamLeveling::none. Empty: fitted.
+  /// one; see fit_exposure. Each must be sound. Without effect with SeamLeveling::none. Empty: fitted.
   std::span<const ViewExposure> exposure = {};
   /// Not null: faces of the border have these colours already. Leveling leaves them as they are and brings the others to
   /// them, also where both show the same view; their photos are not read for it. Partial and unseen faces are filled from

@@ -14,10 +14,6 @@ namespace {
 
 /// The main view's weight from which on its coarse colour is trusted fully.
 constexpr float kTrusted = 0.6f;
-/// The part of the difference from the views' mean that is added. The mean alone would flatten what photos show in
-/// different places, such as leaves, while detail that is finer keeps its contrast. Of 0.5, 0.6 and 1 this has the least
-/// error on photos held out of three scenes (benchmarks/README.md).
-constexpr float kPart = 0.6f;
 
 /// Adds the views of a face that weigh something; their share is that weight, for now.
 void begin_with(const labeling::CostTable& table, std::uint32_t face, double full_cost, std::vector<BlendView>& list) {
@@ -116,7 +112,7 @@ BlendWeights::Share BlendWeights::share(std::uint32_t vertex, std::uint32_t view
   }
   if (mine == nullptr || of_main == nullptr) return {0, mine};
   const float trust = std::min(1.0f, weight(vertex, *of_main) / kTrusted);
-  return {kPart * trust * (mine->share - (view == main ? 1.0f : 0.0f)), mine};
+  return {kBlendedPart * trust * (mine->share - (view == main ? 1.0f : 0.0f)), mine};
 }
 
 }  // namespace gpvc::atlas

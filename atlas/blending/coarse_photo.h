@@ -40,8 +40,8 @@ class CoarseRows {
   /// \param means io::coarse_image() of a photo. O(pixels).
   explicit CoarseRows(const Image& means);
 
-  /// Adds to sums[i] the colour at the photo's position first + i step times factor + i factor_step. \pre no sum leaves its
-  /// range: that of a view is at most a grey level times a gain of 2.5, and those of all views twice that
+  /// Adds to sums[i] the colour at the photo's position first + i step times factor + i factor_step.
+  /// \pre no sum leaves its range, see kMostSum in face_share.cpp
   void add_row(const PhotoPoint& first, const PhotoPoint& step, const Color& factor, const Color& factor_step,
                std::span<ColorSum> sums) const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "atlas/leveling/color_correction.h"
 
@@ -13,6 +14,12 @@ namespace {
 /// Interpolation may move a position in the photo by so much: an eighth of a coarse pixel, and half of what poses of sharp
 /// photos are known to (kMostBend).
 constexpr double kMostShiftPx = 0.25;
+
+/// Sums stay in the range of ColorSum in whatever order views come: what they add has factors of kBlendedPart at most in
+/// all, what the main view takes away has one of as much, and gain_at() multiplies each. Every view is rounded by up to
+/// half a unit, for which there is room as long as no place is seen by more than 16 000.
+constexpr double kMostSum = double{kBlendedPart} * 255 * double{kSumUnit} * kMostGain * kMostFallOff;
+static_assert(kMostSum + 16000 / 2 <= std::numeric_limits<ColorSum::value_type>::max());
 
 /// Over a triangle whose longest edge is a pixel. Over a square of edge s bilinear interpolation errs by M s^2 / 8 at most if
 /// M is the second derivative, over a triangle with edges of s, which lies in a circle of radius s / sqrt 3, linear

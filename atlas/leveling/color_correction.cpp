@@ -182,7 +182,7 @@ Color gain_at(const ViewExposure& e, const PixelPoint& frame) {
   if (e.k1 == 0 && e.k2 == 0) return gain;
   const double dx = frame.x - e.centre_x, dy = frame.y - e.centre_y;
   const double r2 = (dx * dx + dy * dy) * e.inverse_radius2;
-  return static_cast<float>(std::exp(e.k1 * r2 + e.k2 * r2 * r2)) * gain;
+  return static_cast<float>(std::exp(limited_falloff(e.k1 * r2 + e.k2 * r2 * r2))) * gain;
 }
 
 LocalGain::LocalGain(const ViewExposure& exposure, const PixelPoint& middle)

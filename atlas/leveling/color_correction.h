@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -64,7 +65,19 @@ std::array<Color, kStripRow> strip_offsets(std::span<const StripSample> near, do
 /// The offset of a chart's strip, if it has one, at one position.
 Color strip_offset(const ChartStrip* strip, double x, double y);
 
-/// What the exposure multiplies a colour at a position of the view's frame by.
+/// The most that a channel's gain, and what undoes the fall-off of the lens, multiply a colour by; the least are 1 / these.
+/// Light falls with the fourth power of the cosine of the angle to the lens's axis: to a quarter at 45 degrees, in the
+/// corner of a photo with a field of view of 90. A fit that asks for more has mostly continued its polynomial beyond the
+/// radii of its seams; of a wider lens the rest of the fall-off stays.
+inline constexpr double kMostGain = 2.5, kMostFallOff = 4;
+inline const double kMostFallOffLog = std::log(kMostFallOff);
+
+/// Limits the logarithm of what undoes a fall-off, wherever a frame reaches. NaN, of coefficients whose terms overflow,
+/// becomes the upper limit.
+inline double limited_falloff(double log) { return std::max(-kMostFallOffLog, std::min(kMostFallOffLog, log)); }
+
+/// What the exposure multiplies a colour at a position of the view's frame by: at most kMostGain kMostFallOff.
+/// \pre is_sound(exposure)
 Color gain_at(const ViewExposure& exposure, const PixelPoint& frame);
 
 /// gain_at in the neighbourhood of a position, without an exponential for each place. Where the fall-off changes the
@@ -81,7 +94,7 @@ class LocalGain {
   double falloff(const PixelPoint& frame) const {
     const double dx = frame.x - exposure_.centre_x, dy = frame.y - exposure_.centre_y;
     const double r2 = (dx * dx + dy * dy) * exposure_.inverse_radius2;
-    return r2 * (exposure_.k1 + exposure_.k2 * r2);
+    return limited_falloff(r2 * (exposure_.k1 + exposure_.k2 * r2));
   }
   ViewExposure exposure_;
   double middle_;  ///< logarithm of the gain there, without the view's own

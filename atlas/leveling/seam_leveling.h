@@ -35,8 +35,6 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
 /// As the public fit_exposure, from samples taken before. Gains lie in [1 / kMostGain, kMostGain].
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);
 
-inline constexpr double kMostGain = 2.5;
-
 /// Fills correction.nodes and correction.offsets. \pre `seams` hold exposed colours
 void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrection& correction);
 

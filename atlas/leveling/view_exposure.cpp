@@ -265,7 +265,7 @@ std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio
 }
 
 bool is_sound(const ViewExposure& exposure) {
-  return std::ranges::all_of(exposure.gain, [](float gain) { return std::isfinite(gain) && gain > 0; }) &&
+  return std::ranges::all_of(exposure.gain, [](float gain) { return gain > 0 && double{gain} <= kMostGain; }) &&
          std::isfinite(exposure.centre_x + exposure.centre_y + exposure.k1 + exposure.k2) &&
          std::isfinite(exposure.inverse_radius2) && exposure.inverse_radius2 >= 0;
 }

@@ -317,6 +317,18 @@ TEST(EachPhoto, OneErrorIsThrownWhereAllPhotosAreDamaged) {
     EXPECT_THROW(each_fetched(work, PhotoOrder::ascending, fetch, [](const auto&...) {}), InputError);
 }
 
+TEST(Bake, RefusesExposuresThatSumsHaveNoRoomFor) {
+  AtlasScene s;
+  s.add_plane(1, 1, 1.0);
+  s.add_view(0.5, 0.5, 10, 100, 100, 100);
+  s.photograph(0, strong_waves);
+  s.exposure.resize(1);
+  s.exposure[0].gain = {2.5f, 1, 0.1f};
+  EXPECT_NO_THROW(s.build(AtlasOptions{}));
+  s.exposure[0].gain[1] = 2.6f;
+  EXPECT_THROW(s.build(AtlasOptions{}), std::invalid_argument);
+}
+
 TEST(Bake, RefusesOptionsThatLeaveNoRoom) {
   AtlasScene s;
   s.add_plane(1, 1, 1.0);

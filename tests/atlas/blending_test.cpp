@@ -234,6 +234,20 @@ TEST(Blending, LargeFacesSeenAtASlantStayInPlace) {
   }
 }
 
+// The second photo is white. Its exposure would multiply it by 2.5 in the middle and by 250 at a corner of the plane, which
+// is nine times what a sum holds.
+TEST(Blending, SumsHoldColorsOfTheSteepestFallOff) {
+  BlendScene s(2);
+  s.paint(0, 100);
+  s.paint(1, 255);
+  s.exposure.resize(2);
+  s.exposure[1] = {{2.5f, 2.5f, 2.5f}, 350, 350, 1 / (2 * 350.0 * 350), 8, 0};
+  AtlasOptions options;
+  options.seams = SeamLeveling::global;
+  const TextureAtlas atlas = s.build(options);
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) EXPECT_NEAR(color_at(atlas, face).r, 255, 0.1) << face;
+}
+
 // The seam is at x = 4; the left half shows view 0 and the right half view 1, which is brighter.
 TEST(Blending, SeamsAreLeveledAsTheyAreBlended) {
   BlendScene s(2);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <tuple>
 
 #include "atlas/leveling/color_correction.h"
 #include "atlas/leveling/seam_leveling.h"
@@ -84,6 +85,26 @@ TEST(ColorCorrection, LocalGainIsTheGain) {
     EXPECT_NEAR(local.at(p).r, gain_at(exposure, p).r, 1e-5);
     EXPECT_NEAR(local.at(p).b, gain_at(exposure, p).b, 1e-5);
   }
+}
+
+// As of a fit to seams near the middle of photos, at a corner. A principal point far from the middle doubles the radius.
+TEST(ColorCorrection, NoFallOffMultipliesByMoreThanFour) {
+  ViewExposure exposure;
+  exposure.gain = {2.5f, 1, 0.4f};
+  exposure.inverse_radius2 = 1 / (1000.0 * 1000 + 700 * 700);
+  for (const auto& [k1, k2, most] : {std::tuple(20.0, 0.0, 4.0f), {-20.0, 0.0, 0.25f}, {-0.5, 2.0, 4.0f}}) {
+    exposure.k1 = k1;
+    exposure.k2 = k2;
+    for (const double radius : {1.0, 2.0}) {
+      const PixelPoint corner{1000 * radius, 700 * radius};
+      EXPECT_FLOAT_EQ(gain_at(exposure, corner).r, 2.5f * most) << k1 << ' ' << k2 << ' ' << radius;
+      EXPECT_FLOAT_EQ(gain_at(exposure, corner).b, 0.4f * most) << k1 << ' ' << k2 << ' ' << radius;
+      EXPECT_FLOAT_EQ(LocalGain(exposure, corner).at({corner.x - 3, corner.y}).r, 2.5f * most) << k1 << ' ' << k2;
+    }
+  }
+  exposure.k1 = 1e308;
+  exposure.k2 = -1e308;
+  EXPECT_LE(gain_at(exposure, {2000, 1400}).r, 10);
 }
 
 TEST(ColorCorrection, OffsetPlaneIsTheFacesOffsetWithinIt) {
