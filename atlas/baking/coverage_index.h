@@ -28,6 +28,14 @@ class CoverageIndex {
     return found != order_.end() && key(*found) == std::pair(face, view) ? &table_->entries[*found] : nullptr;
   }
 
+  /// Calls visit(entry) for the views that see the face in part. O(log n + entries).
+  template <typename Visit>
+  void for_views(FaceId face, const Visit& visit) const {
+    const auto face_of = [&](std::uint32_t i) { return table_->entries[i].face; };
+    for (auto i = std::ranges::lower_bound(order_, face, {}, face_of); i != order_.end() && face_of(*i) == face; ++i)
+      visit(table_->entries[*i]);
+  }
+
   const visibility::CoverageTable& table() const { return *table_; }
 
  private:

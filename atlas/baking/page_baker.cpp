@@ -156,7 +156,7 @@ class PageBaker {
       // What is kept of a chart is known when its sources are chosen. Some are chosen at a time.
       const std::size_t first = end;
       for (std::size_t bytes = 0; end < charts.size(); ++end) {
-        bytes += choosing_bytes(build_.set.charts[charts[end]]);
+        bytes += choosing_bytes(build_.set.charts[charts[end]], build_.coverage, build_.options.margin_px);
         if (bytes > left && (end > first || !batch.empty())) break;
       }
       // Few charts at a time would not keep all threads busy.

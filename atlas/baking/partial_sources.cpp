@@ -27,37 +27,43 @@ std::optional<TexelTriangle> outline_in(const visibility::FaceCoverage& entry, c
   return projected;
 }
 
+/// Pixels of the coverage's box.
+std::size_t box_pixels(const visibility::FaceCoverage& entry) { return pixel_index(0, entry.height, entry.width); }
+
 /// Clearance over the coverage's box: pixels within margin_px (chessboard distance) of one where the face is hidden are
 /// near an occluder, their neighbours beside it. Empty where none is.
 std::vector<Sight> find_clearance(const visibility::CoverageTable& table, const visibility::FaceCoverage& entry,
                                   const std::optional<TexelTriangle>& outline, int margin_px) {
   if (margin_px <= 0 || !outline) return {};
+  const auto for_pixels = [&](const auto& visit) {
+    triangle_spans(*outline, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
+      for (int x = first; x <= last; ++x) visit(x, y);
+    });
+  };
   std::vector<Sight> clearance;
-  std::vector<std::array<int, 2>> hidden;
-  triangle_spans(*outline, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
-    for (int x = first; x <= last; ++x) {
-      if (table.sees(entry, entry.x0 + x, entry.y0 + y)) continue;
-      // Most faces are hidden nowhere, and the boxes of some are large.
-      if (clearance.empty()) clearance.assign(pixel_index(0, entry.height, entry.width), Sight::clear);
-      clearance[pixel_index(x, y, entry.width)] = Sight::hidden;
-      hidden.push_back({x, y});
-    }
+  for_pixels([&](int x, int y) {
+    if (table.sees(entry, entry.x0 + x, entry.y0 + y)) return;
+    // Most faces are hidden nowhere, and the boxes of some are large.
+    if (clearance.empty()) clearance.assign(box_pixels(entry), Sight::clear);
+    clearance[pixel_index(x, y, entry.width)] = Sight::hidden;
   });
+  if (clearance.empty()) return {};
   const auto for_around = [&](int x, int y, int distance, const auto& visit) {
     for (int my = std::max(0, y - distance); my <= std::min(entry.height - 1, y + distance); ++my)
       for (int mx = std::max(0, x - distance); mx <= std::min(entry.width - 1, x + distance); ++mx)
         visit(mx, my, clearance[pixel_index(mx, my, entry.width)]);
   };
-  for (const auto& [x, y] : hidden) {
+  for_pixels([&](int x, int y) {
+    if (clearance[pixel_index(x, y, entry.width)] != Sight::hidden) return;
     // On the way to any pixel that is seen lies a hidden one with such a neighbour, which marks it.
     bool inner = true;
     for_around(x, y, 1, [&](int, int, Sight sight) { inner &= sight == Sight::hidden; });
-    if (inner) continue;
-    for_around(x, y, margin_px, [&, x = x, y = y](int mx, int my, Sight& sight) {
+    if (inner) return;
+    for_around(x, y, margin_px, [&](int mx, int my, Sight& sight) {
       const bool beside = std::abs(mx - x) <= 1 && std::abs(my - y) <= 1;
       sight = std::min(sight, beside ? Sight::beside_occluder : Sight::near_occluder);
     });
-  }
+  });
   return clearance;
 }
 
@@ -92,9 +98,11 @@ std::array<int, 2> deciding_pixel(const TexelSource& source, const PixelPoint& p
   return nearest;
 }
 
+/// Candidate views of a face that are looked at.
+constexpr std::size_t kMostCandidates = 64;
+
 /// Candidate views of a face: the label, then the others by cost.
 std::vector<ViewId> ordered_candidates(const AtlasInput& input, std::uint32_t face) {
-  constexpr std::size_t kMost = 64;
   std::vector<std::pair<float, std::uint32_t>> others;
   const ViewId label = input.labels[face];
   if (face < input.candidates.faces()) {
@@ -106,7 +114,7 @@ std::vector<ViewId> ordered_candidates(const AtlasInput& input, std::uint32_t fa
   std::sort(others.begin(), others.end());
   std::vector<ViewId> result{label};
   for (const auto& [cost, view] : others)
-    if (result.size() < kMost) result.push_back(ViewId{view});
+    if (result.size() < kMostCandidates) result.push_back(ViewId{view});
   return result;
 }
 
@@ -351,12 +359,24 @@ std::vector<std::uint32_t> partial_charts(const ChartSet& set) {
 
 CellBox partial_box(const Chart& chart) { return {-1, -1, chart.width + 1, chart.height + 1}; }
 
-std::size_t choosing_bytes(const Chart& chart) {
+std::size_t choosing_bytes(const Chart& chart, const CoverageIndex& coverage, int margin_px) {
   // For each texel of the box a raster, a face and a choice, of 12 bytes together, and for few of them a share of its own. For
   // each face of the chart the sources of some eight views.
   constexpr std::size_t kTexel = 12 + sizeof(TexelShares) / 3, kSources = 8 * sizeof(TexelSource);
   const CellBox box = partial_box(chart);
-  return kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
+  std::size_t bytes = kTexel * pixel_index(0, box.y1 - box.y0, box.x1 - box.x0) + kSources * chart.faces.size();
+  if (margin_px <= 0) return bytes;
+  // Clearances, as if the face were hidden somewhere in every view; no more are made than candidates are looked at.
+  for (const std::uint32_t face : chart.faces) {
+    std::size_t all = 0, largest = 0;
+    coverage.for_views(FaceId{face}, [&](const visibility::FaceCoverage& entry) {
+      const std::size_t clearance = sizeof(Sight) * box_pixels(entry);
+      all += clearance;
+      largest = std::max(largest, clearance);
+    });
+    bytes += std::min(all, kMostCandidates * largest);
+  }
+  return bytes;
 }
 
 std::vector<PartialChart> choose_sources(const AtlasInput& input, const AtlasOptions& options, const ChartSet& set,

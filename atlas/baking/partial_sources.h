@@ -84,8 +84,9 @@ std::vector<std::uint32_t> partial_charts(const ChartSet& set);
 /// The texels of a partial chart and its ring.
 CellBox partial_box(const Chart& chart);
 
-/// Bytes that a chart takes at most while its sources are chosen; what is kept of it is less by far.
-std::size_t choosing_bytes(const Chart& chart);
+/// Bytes that a chart takes, about, while its sources are chosen, and the most that their clearances may take; what is
+/// kept of it is less by far. O(entries that the coverage has of its faces).
+std::size_t choosing_bytes(const Chart& chart, const CoverageIndex& coverage, int margin_px);
 
 /// Chooses the sources of every texel of some of these charts, in their order. Reads no photo. O(texels x candidates), TBB.
 std::vector<PartialChart> choose_sources(const AtlasInput& input, const AtlasOptions& options, const ChartSet& set,

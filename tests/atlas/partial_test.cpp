@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "atlas/baking/partial_sources.h"
 #include "tests/atlas/atlas_scene.h"
 
 namespace gpvc::atlas {
@@ -195,6 +196,26 @@ TEST(Partial, TexelsNoViewShowsAreFilledFromTheirSurroundings) {
       worst = std::max(worst, error(g.texture_at(atlas, {x, y, 0}), ground(x, y)));
   EXPECT_LE(worst, 30.0);
   EXPECT_GT(worst, 0.0);
+}
+
+/// A flat face behind a mast, in photos of a megapixel: each takes a byte for every pixel while sources are chosen.
+TEST(Partial, ClearancesCountWhileSourcesAreChosen) {
+  Chart chart;
+  chart.faces = {1};
+  visibility::CoverageTable table;
+  const auto add_views = [&](std::uint32_t end) {
+    for (std::uint32_t face = 0; face < 3; ++face)
+      for (std::uint32_t view = 0; view < end; ++view)
+        table.entries.push_back({FaceId{face}, ViewId{view}, 0, 0, 1000, 1000, 990000, 0.99f, 0});
+  };
+  const auto bytes = [&](int margin_px) { return choosing_bytes(chart, CoverageIndex(table), margin_px); };
+  const std::size_t without = bytes(3);
+  add_views(8);
+  EXPECT_EQ(bytes(3), without + 8 * 1000 * 1000) << "those of other faces do not count";
+  EXPECT_EQ(bytes(0), without) << "without a margin nothing is looked for";
+  table.entries.clear();
+  add_views(100);
+  EXPECT_EQ(bytes(3), without + 64 * 1000 * 1000) << "as many views as are looked at";
 }
 
 TEST(Partial, WithoutAnyCoverageFacesTakeTheirNeighboursColors) {
