@@ -200,7 +200,7 @@ done
 
 # --- what is said of it ---------------------------------------------------------------------------------------------
 
-# Medians of the complete runs, each with its ratio to gpvc: the median over the turns in which both were complete.
+# Medians of the runs that have a figure, each with its ratio to gpvc: the median over the turns in which both have it.
 table() {
   awk -F, -v programs="${programs[*]}" '
     function median(values, n,   i, j, v) {

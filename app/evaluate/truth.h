@@ -5,7 +5,7 @@
 //   surfaces.json  per surface its material, frame and seed
 //   truth.json     gains of the photos
 //   true_mesh.ply  where mesh.ply was written with noise: the geometry that the photos show
-//   ids/NAME.png   per photo, the surface that each pixel shows, as a colour of its own (id_colour)
+//   ids/NAME.png   per photo, the surface that each pixel shows, as a colour of its own (id_color)
 //   unmodelled/NAME.png  where photos show what the mesh lacks: which share of each pixel it covers, 255 being all
 #pragma once
 

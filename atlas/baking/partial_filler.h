@@ -37,8 +37,9 @@ class PartialFiller {
   bool begin_round();
   /// Fills the charts of this round that lie on open pages.
   void fill();
-  /// True if charts of this round, or any that wait, lie on the page.
+  /// True if charts of this round lie on the page.
   bool is_filled_now(std::uint32_t page) const { return now_[page] > 0; }
+  /// True if charts that wait for colours lie on the page.
   bool is_pending(std::uint32_t page) const { return waiting_[page] > 0; }
 
  private:

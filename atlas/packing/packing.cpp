@@ -233,12 +233,6 @@ std::vector<Placement> attempt(const Packer& packer, std::span<const PackShape> 
 
 }  // namespace
 
-PackShape box_shape(int width, int height) {
-  PackShape shape{width, height, {}};
-  for (int row = 0; row < height; ++row) shape.runs.push_back({row, 0, width});
-  return shape;
-}
-
 Packing pack_shapes(std::span<const PackShape> shapes, int page_size) {
   if (shapes.empty()) return {};
   for ([[maybe_unused]] const auto& shape : shapes) assert(shape.width <= page_size && shape.height <= page_size);

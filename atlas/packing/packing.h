@@ -25,9 +25,6 @@ struct PackShape {
   std::uint32_t rank = 0;  ///< pages ascend by rank; a shape may also fill a gap of the page before those of its rank
 };
 
-/// A shape that fills its whole box.
-PackShape box_shape(int width, int height);
-
 /// The place of a shape's box, in cells. A quarter turn clockwise moves cell (x, y) of a box of height h to
 /// (h - 1 - y, x).
 struct Placement {

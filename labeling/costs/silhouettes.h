@@ -44,7 +44,7 @@ struct FaceRuns {
 /// There is a discontinuity between two neighbouring pixels of different faces if the faces' planes, both evaluated at
 /// both pixels, do not intersect between them and remain apart by more than `margin_px` pixel footprints (z / f). A
 /// smaller step displaces the surface by less than the disagreement that the margin covers. A pixel in the photo without
-/// a face (sky) makes a discontinuity, too; a pixel outside the photo's frame does not, a masked one does.
+/// a face (sky) makes a discontinuity, too; a pixel outside the photo does not, one that a mask excludes does.
 class Silhouettes {
  public:
   /// `margin_px` >= 0: with 0 there is no strip.

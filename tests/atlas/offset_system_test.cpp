@@ -50,14 +50,14 @@ TEST(OffsetSystem, SmoothAndRoughOffsetsAreFound) {
   }
 }
 
-// A vertex of a million faces: each link once, in the order of their first.
+// As of a vertex of a million faces: each link stands once, where it came first.
 TEST(OffsetSystem, LinksOfANodeToTheSameNodesAreSummed) {
   constexpr std::uint32_t kNodes = 1'000'000;
   std::vector<LinkTo> items{{7, 1}};
   LinkSums sums(items, kNodes);
   sums.next_node();
   for (int twice = 0; twice < 2; ++twice)
-    for (std::uint32_t node = kNodes; node-- > 0;) sums.add(node, 0.5F);
+    for (std::uint32_t node = kNodes; node-- > 0;) sums.add(node, 0.5f);
   ASSERT_EQ(items.size(), 1 + std::size_t{kNodes});
   EXPECT_EQ(items[0].weight, 1) << "a node before";
   for (std::uint32_t i = 0; i < kNodes; i += 1000) {

@@ -50,6 +50,13 @@ double check(const std::vector<PackShape>& shapes, const Packing& packing, int p
   return static_cast<double>(covered) / static_cast<double>(total);
 }
 
+/// A shape that fills its whole box.
+PackShape box_shape(int width, int height) {
+  PackShape shape{width, height, {}};
+  for (int row = 0; row < height; ++row) shape.runs.push_back({row, 0, width});
+  return shape;
+}
+
 PackShape disc(int radius) {
   PackShape shape{2 * radius, 2 * radius, {}};
   for (int row = 0; row < 2 * radius; ++row) {
