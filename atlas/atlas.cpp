@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
-#include <utility>
 
 #include "atlas/baking/kept_pages.h"
 #include "atlas/baking/page_baker.h"

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string>
-
 #include "app/checks/frame_check.h"
 #include "app/checks/mesh_frame.h"
 #include "app/checks/nearness.h"

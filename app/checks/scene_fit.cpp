@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <string>
-#include <utility>
 
 #include "app/checks/hypotheses.h"
 #include "app/checks/mesh_frame.h"

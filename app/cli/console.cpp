@@ -15,7 +15,6 @@
 
 #include "app/cli/cures.h"
 #include "app/results/observer.h"
-#include "io/error.h"
 
 namespace gpvc::cli {
 namespace {

@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "app/cli/command_options.h"
-#include "app/pipeline/options.h"
 
 namespace gpvc::cli {
 

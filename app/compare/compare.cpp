@@ -1,7 +1,6 @@
 #include "app/compare/compare.h"
 
 #include <fmt/chrono.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>

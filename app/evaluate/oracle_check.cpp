@@ -9,7 +9,6 @@
 
 #include "app/results/observer.h"
 #include "io/clock.h"
-#include "visibility/oracle.h"
 
 namespace gpvc::evaluate {
 namespace {

@@ -8,11 +8,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <string>
 #include <system_error>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "app/pipeline/options.h"
 #include "io/tie_points.h"

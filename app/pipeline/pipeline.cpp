@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <future>
 #include <new>
-#include <optional>
 
 #include "app/pipeline/bake_into.h"
 #include "app/pipeline/checkpoint.h"

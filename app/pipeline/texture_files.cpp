@@ -4,9 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
-#include <filesystem>
-#include <future>
 
 #include "app/pipeline/render_model.h"
 #include "io/freed_memory.h"

@@ -1,7 +1,6 @@
 #include "app/pipeline/viewpoint.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 
 #include "app/pipeline/keys.h"
@@ -19,7 +18,6 @@
 namespace gpvc::tiles {
 namespace {
 
-namespace fs = std::filesystem;
 using Writer = io::WorkStore::Writer;
 using Reader = io::WorkStore::Reader;
 

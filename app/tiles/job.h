@@ -32,6 +32,8 @@
 
 namespace gpvc::tiles {
 
+namespace fs = std::filesystem;
+
 struct TileInfo {
   checks::Box box;                                     ///< of its faces and those of its border
   checks::Box own_box;                                 ///< of its faces

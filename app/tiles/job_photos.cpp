@@ -8,8 +8,6 @@
 namespace gpvc::tiles {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kPhotosPart = "photos";
 
 bool looks_first(const Unit& unit) { return unit.stage == Stage::see && unit.level == 0; }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -15,8 +14,6 @@
 
 namespace gpvc::tiles {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Kept for the next run, or gone with this one.
 fs::path job_folder(const results::OutputFolder& folder, pipeline::KeepWork keep) {

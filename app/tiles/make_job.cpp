@@ -26,8 +26,6 @@
 namespace gpvc::tiles {
 namespace {
 
-namespace fs = std::filesystem;
-
 // Per tile, the share of its faces in views' frames, seen from the front, that nothing hides: from a coarse look of some views.
 // In a park it is 0.9, in a city under oblique photos 0.4.
 std::vector<double> unhidden_shares(const checks::Input& input, std::span<const std::uint32_t> tile,

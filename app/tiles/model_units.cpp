@@ -24,8 +24,6 @@
 namespace gpvc::tiles {
 namespace {
 
-namespace fs = std::filesystem;
-
 // \param reduction of the photos that they are for
 std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, const Job& job, double reduction) {
   auto exposure = folder.get<std::vector<atlas::ViewExposure>>(kLevelUnit, "exposure", [&](const auto& found) {

@@ -14,7 +14,6 @@
 #include "io/output_file.h"
 
 namespace gpvc::tiles {
-namespace fs = std::filesystem;
 
 UnitRunner::UnitRunner(JobFolder folder, const UnitLimits& limits, results::Observer& observer)
     : folder_(std::move(folder)),

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <utility>
 
 namespace gpvc::atlas {

@@ -7,7 +7,6 @@
 #include <unordered_set>
 #include <utility>
 
-#include "atlas/baking/coverage_index.h"
 #include "atlas/charts/chart_merging.h"
 #include "atlas/charts/chart_shape.h"
 #include "atlas/charts/flat_chart.h"

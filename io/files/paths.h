@@ -1,4 +1,5 @@
-// Paths as text, and more of what lies there than io/paths.h tells.
+// Paths as text, and more of what lies there than io/paths.h tells. Not installed, so that fs is a name in this folder's
+// sources alone.
 #pragma once
 
 #include <algorithm>
@@ -11,22 +12,22 @@
 
 namespace gpvc::io {
 
+namespace fs = std::filesystem;
+
 /// True for a folder, behind links too; false where there is none or it cannot be looked at.
-inline bool is_folder(const std::filesystem::path& path) {
+inline bool is_folder(const fs::path& path) {
   std::error_code ignored;
-  return std::filesystem::is_directory(path, ignored);
+  return fs::is_directory(path, ignored);
 }
 
 /// True for "._NAME", which macOS leaves beside NAME on disks of other systems: what it knows of NAME, no file of the kind.
-inline bool is_apple_double(const std::filesystem::path& file) { return file.filename().string().starts_with("._"); }
+inline bool is_apple_double(const fs::path& file) { return file.filename().string().starts_with("._"); }
 
 /// The folder of a file, "." for a bare name.
-inline std::filesystem::path folder_of(const std::filesystem::path& file) {
-  return file.has_parent_path() ? file.parent_path() : ".";
-}
+inline fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : "."; }
 
 /// The first `count` bytes of a file; fewer if it is shorter, none if it cannot be read.
-inline std::string first_bytes(const std::filesystem::path& file, std::size_t count) {
+inline std::string first_bytes(const fs::path& file, std::size_t count) {
   if (!is_file(file)) return {};
   std::string bytes(count, '\0');
   std::ifstream in(file, std::ios::binary);

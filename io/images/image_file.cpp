@@ -4,15 +4,12 @@
 #include <cmath>
 #include <span>
 
-#include "io/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/images/codec.h"
 
 namespace gpvc::io {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Grey repeated, alpha and further channels dropped.
 Image to_rgb(Image&& in, const PixelRoom& room) {

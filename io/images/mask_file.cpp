@@ -16,8 +16,6 @@
 namespace gpvc::io {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Where a mask may lie beside its photo, or in a given folder of masks, under names made of `stem`: NAME.EXT.mask.png,
 /// NAME.mask.png, NAME_mask.png (OpenDroneMap's and Metashape's); in a folder of its own also NAME.EXT.png (COLMAP's),
 /// NAME.EXT itself and NAME.png. Others than PNGs as well.

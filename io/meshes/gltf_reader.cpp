@@ -11,8 +11,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Keeps the bytes of images in files and in the JSON; those in a buffer stay there. tinygltf calls this before it
 /// checks an image's range against the buffer's size, and its own decoder believes every length that a PNG claims.
 bool keep_bytes(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes, int size,

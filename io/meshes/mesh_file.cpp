@@ -2,15 +2,12 @@
 #include "io/meshes/mesh_file.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
-#include <span>
 #include <utility>
 
 #include "io/file_bytes.h"
 #include "io/files/paths.h"
-#include "io/files/text_scan.h"
 #include "io/mesh.h"
 #include "io/number_text.h"
 #include "io/vector.h"

@@ -19,8 +19,6 @@
 namespace gpvc::io {
 namespace {
 
-namespace fs = std::filesystem;
-
 WorldPoint origin_from(const XmlFile& xml, const pugi::xml_node& root) {
   const pugi::xml_node node = root.child("SRSOrigin");
   if (!node) return {};

@@ -21,8 +21,6 @@
 namespace gpvc::io {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Pages in order of first use; several materials may share one file. A path of another machine is looked for by its
 /// last name beside the model.
 class PageList {

@@ -23,8 +23,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 struct NamedLens {
   const char* name;    ///< distortionType
   const char* before;  ///< the type before 1.2.8

@@ -11,7 +11,6 @@
 namespace gpvc::io {
 namespace {
 
-namespace fs = std::filesystem;
 using Problem = BadPhoto::Problem;
 
 std::string clause_of(Problem problem, const fs::path& folder) {

@@ -31,8 +31,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Takes the file's camera axes to x right, y down, z forward.
 std::optional<Matrix3> ours_from_axes(std::string_view orientation) {
   struct Axes {

@@ -23,8 +23,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 void put_principal_point_in_middle(Camera& camera, int width, int height) {
   camera.cx = width / 2.0;
   camera.cy = height / 2.0;

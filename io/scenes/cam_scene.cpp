@@ -21,8 +21,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 bool is_cam(const fs::path& file) {
   const std::string name = lower_case(file.filename().string());
   return name.ends_with(".cam") && !name.ends_with("calibrated_internal_camera_parameters.cam");  // which is Pix4D's

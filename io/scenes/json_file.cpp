@@ -6,8 +6,6 @@
 
 namespace gpvc::io {
 
-namespace fs = std::filesystem;
-
 namespace {
 
 /// Collects the root's keys until the text ends, within a value as a rule.

@@ -12,7 +12,6 @@
 namespace gpvc::io {
 namespace {
 
-namespace fs = std::filesystem;
 using OrderedJson = nlohmann::ordered_json;
 
 /// What a format states of the lenses of a projection, under these names.

@@ -5,8 +5,6 @@
 
 namespace gpvc::io {
 
-namespace fs = std::filesystem;
-
 std::span<const char* const> layer_endings() {
   static constexpr const char* kEndings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   return kEndings;

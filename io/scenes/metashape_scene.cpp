@@ -47,8 +47,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// world = scale * rotation * local + translation
 struct Placement {
   Matrix3 rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};

@@ -32,8 +32,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::string_view kPrefix = "Orientation-", kSuffix = ".xml";
 constexpr std::string_view kConvention = "eConvApero_DistM2C";
 constexpr double kHalf = 0.5;  ///< from the file's pixels to ours

@@ -22,8 +22,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Cameras without a fixed principal point have cx and cy 0 until the photo is known.
 void centre_principal_point(Camera& camera, int width, int height) {
   if (camera.cx != 0 || camera.cy != 0) return;

@@ -22,8 +22,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 class OdmShotsReader {
  public:
   OdmShotsReader(const JsonFile& shots, const JsonFile& cameras) : shots_(shots), cameras_(cameras) {

@@ -24,8 +24,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 struct TermList {
   const char* key;
   LensModel model;

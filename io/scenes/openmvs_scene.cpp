@@ -18,8 +18,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::uint32_t kNoPose = 0xFFFFFFFFu, kNewest = 7;
 
 struct MvsCamera {

@@ -35,8 +35,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// A camera's projection_type: its lens, and the terms that the file states. Ours of the prism count across, theirs
 /// along: x takes s0 r2 + s1 r2^2, y the other two.
 struct Projection {

@@ -26,8 +26,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::array<const char*, 4> kOpfFormats{
     "application/opf-camera-list+json", "application/opf-input-cameras+json", "application/opf-calibrated-cameras+json",
     "application/opf-scene-reference-frame+json"};

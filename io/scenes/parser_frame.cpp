@@ -20,8 +20,6 @@
 namespace gpvc::io {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// First to `first`, then to `second`.
 SceneFrame chained(const SceneFrame& first, const SceneFrame& second) {
   const WorldPoint back = product(transposed(first.rotation), second.origin);

@@ -15,8 +15,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// The photo in a folder below or beside that of the scene, or beside one where photos usually lie; empty unless there is one
 /// such file.
 std::string photo_nearby(const SceneFile& scene, const std::string& stated) {

@@ -16,8 +16,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// For comparing names: in small letters, and accents in one piece with their letters (Unicode's NFC; macOS takes them
 /// apart).
 std::string folded(const std::string& name) {

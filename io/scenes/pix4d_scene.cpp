@@ -29,8 +29,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::string_view kPix4dFirstLine = "fileName imageWidth imageHeight";
 
 class Pix4dReader {

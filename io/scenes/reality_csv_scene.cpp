@@ -30,8 +30,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 std::vector<std::string_view> comma_separated(std::string_view line) {
   std::vector<std::string_view> fields;
   for (;;) {

@@ -26,8 +26,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::string_view kRealityNamespace = "http://www.capturingreality.com/ns/xcr/";
 
 bool is_xmp(const fs::path& file) { return lower_case(file.extension().string()) == ".xmp"; }

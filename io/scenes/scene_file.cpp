@@ -30,8 +30,6 @@ std::span<const SceneFormat* const> scene_formats() {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// A source whose format is known.
 struct SceneSource {
   const SceneFormat* format;

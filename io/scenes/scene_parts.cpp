@@ -10,8 +10,6 @@
 
 namespace gpvc::io {
 
-namespace fs = std::filesystem;
-
 std::optional<fs::path> find_file(const fs::path& source, std::string_view extension, bool (*fits)(const fs::path&)) {
   if (fits(source)) return source;
   std::error_code ignored;

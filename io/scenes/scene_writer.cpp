@@ -1,7 +1,6 @@
 // Scenes for other programs. Each format's conventions are stated where it is read: colmap_scene.cpp, cam_scene.cpp,
 // openmvs_scene.cpp, nvm_scene.cpp; for JSON see json_scene_writer.cpp.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -10,14 +9,11 @@
 #include "io/lens_terms.h"
 #include "io/number_text.h"
 #include "io/output_file.h"
-#include "io/scene_files.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/scene_writer.h"
 
 namespace gpvc::io {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string joined(std::initializer_list<double> values) {
   std::string text;

@@ -31,8 +31,6 @@ namespace gpvc::io {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// A camera of which just the field of view is known is in units of the photo's width, with cx and cy 0.
 void scale_by_photo_width(Camera& camera, int width, int height) {
   if (camera.cx != 0 || camera.cy != 0) return;

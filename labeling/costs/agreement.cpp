@@ -7,7 +7,6 @@
 #include <span>
 #include <utility>
 
-#include "io/grouping.h"
 #include "labeling/costs/order_statistics.h"
 
 namespace gpvc::labeling {

@@ -11,7 +11,6 @@
 #include <functional>
 #include <utility>
 
-#include "io/grouping.h"
 #include "labeling/costs/order_statistics.h"
 #include "labeling/costs/photo_consistency.h"
 

@@ -9,7 +9,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 

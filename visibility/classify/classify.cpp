@@ -1,7 +1,6 @@
 #include "visibility/classify/classify.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <atomic>

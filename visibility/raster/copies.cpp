@@ -4,9 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <bit>
-#include <cstdint>
 #include <utility>
-#include <vector>
 
 namespace gpvc::visibility {
 namespace {

@@ -1,6 +1,5 @@
 #include "visibility/raster/raster.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace gpvc::visibility {
