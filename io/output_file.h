@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "error.h"
 
@@ -28,6 +29,9 @@ class OutputFile {
   std::filesystem::path final_name_, temporary_;
   std::FILE* file_ = nullptr;
 };
+
+/// Writes a file of these bytes as an OutputFile does.
+void write_file(const std::filesystem::path& file, std::string_view bytes);
 
 /// Copies a file under another name, as an OutputFile does. Throws InputError where it cannot be read.
 void copy_file(const std::filesystem::path& from, const std::filesystem::path& to);

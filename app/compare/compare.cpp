@@ -20,6 +20,7 @@
 #include "app/evaluate/texture_islands.h"
 #include "app/evaluate/truth_score.h"
 #include "io/clock.h"
+#include "io/output_file.h"
 
 namespace gpvc::compare {
 namespace {
@@ -450,8 +451,8 @@ void write_report(const Run& run, const Yardsticks& with, std::vector<MeasuredMo
   std::error_code ignored;
   fs::remove_all(run.folder.in_making() / "renders", ignored);
   run.folder.promise_all();  // kept models
-  evaluate::write_text(run.folder.file("report.html"), page);
-  evaluate::write_text(run.folder.file("report.md"), results::printable(report_markdown(report)));
+  io::write_file(run.folder.file("report.html"), page);
+  io::write_file(run.folder.file("report.md"), results::printable(report_markdown(report)));
   evaluate::write_json(run.folder.file("report.json"), report);
   run.observer.end(fmt::format("report.html {:.1f} MB", static_cast<double>(page.size()) / 1e6));
 }

@@ -7,6 +7,7 @@
 #include "app/compare/compare.h"
 #include "app/compare/compare_report.h"
 #include "io/file_bytes.h"
+#include "io/output_file.h"
 
 namespace gpvc::compare {
 namespace {
@@ -150,8 +151,8 @@ Json summarize(const std::vector<std::filesystem::path>& files) {
 void write_summary(const Json& summary, results::OutputFolder& folder) {
   std::string markdown = "# Biases against gpvc, over all scenes\n";
   for (const Json& table : summary["tables"]) markdown += markdown_table(table);
-  evaluate::write_text(folder.file("summary.html"), page_with(summary));
-  evaluate::write_text(folder.file("summary.md"), markdown);
+  io::write_file(folder.file("summary.html"), page_with(summary));
+  io::write_file(folder.file("summary.md"), markdown);
   evaluate::write_json(folder.file("summary.json"), summary);
 }
 

@@ -6,14 +6,8 @@
 
 namespace gpvc::evaluate {
 
-void write_text(const std::filesystem::path& file, const std::string& text) {
-  io::OutputFile out(file);
-  out.write(text);
-  out.commit();
-}
-
 std::string json_text(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-void write_json(const std::filesystem::path& file, const Json& json) { write_text(file, json_text(json)); }
+void write_json(const std::filesystem::path& file, const Json& json) { io::write_file(file, json_text(json)); }
 
 }  // namespace gpvc::evaluate

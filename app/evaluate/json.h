@@ -9,8 +9,6 @@ namespace gpvc::evaluate {
 
 using Json = nlohmann::ordered_json;
 
-/// Throws OutputError.
-void write_text(const std::filesystem::path& file, const std::string& text);
 /// Indented by one space; bytes that are not UTF-8 are replaced.
 std::string json_text(const Json& json);
 /// Throws OutputError.

@@ -81,9 +81,7 @@ bool has_offset(const io::ModelOptions& model) {
 }
 
 void write_offset(const io::ModelOptions& model, const std::filesystem::path& file) {
-  io::OutputFile out(file);
-  out.write(offset_text(model));
-  out.commit();
+  io::write_file(file, offset_text(model));
 }
 
 void write_metadata(const io::ModelOptions& model, const std::filesystem::path& file) {
@@ -91,12 +89,9 @@ void write_metadata(const io::ModelOptions& model, const std::filesystem::path& 
   const bool is_named = model.srs.starts_with("EPSG:") || model.srs.starts_with("ENU:");
   const std::string code = is_named ? std::string() : io::system_name(model.srs).code;
   const WorldPoint origin = model.offset + model.srs_offset;
-  io::OutputFile out(file);
-  out.write(
-      fmt::format("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<ModelMetadata version=\"1\">\n  <SRS>{}</SRS>\n"
-                  "  <SRSOrigin>{},{},{}</SRSOrigin>\n</ModelMetadata>\n",
-                  xml_text(code.empty() ? model.srs : code), origin.x, origin.y, origin.z));
-  out.commit();
+  io::write_file(file, fmt::format("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<ModelMetadata version=\"1\">\n"
+                                   "  <SRS>{}</SRS>\n  <SRSOrigin>{},{},{}</SRSOrigin>\n</ModelMetadata>\n",
+                                   xml_text(code.empty() ? model.srs : code), origin.x, origin.y, origin.z));
 }
 
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,

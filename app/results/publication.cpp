@@ -33,10 +33,8 @@ std::optional<Publication> Publication::interrupted(const FolderFiles& out, cons
 }
 
 void Publication::begin() const {
-  io::OutputFile file(out_->path() / work_ / kJournal);
-  file.write(
-      nlohmann::ordered_json{{"replaced", outputs_json(replaced_)}, {"promised", outputs_json(promised_)}}.dump(1));
-  file.commit();
+  const nlohmann::ordered_json json{{"replaced", outputs_json(replaced_)}, {"promised", outputs_json(promised_)}};
+  io::write_file(out_->path() / work_ / kJournal, json.dump(1));
 }
 
 void Publication::move(const fs::path& from, const fs::path& to, const std::string& name) const {

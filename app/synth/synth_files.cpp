@@ -74,12 +74,6 @@ std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View
   return points;
 }
 
-void write_text(const std::filesystem::path& file, const std::string& text) {
-  io::OutputFile out(file);
-  out.write(text);
-  out.commit();
-}
-
 }  // namespace
 
 void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const WorldPoint& offset) {
@@ -124,7 +118,7 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
   else
     cameras += fmt::format("1 OPENCV {} {} {} {} {} {} {} {} {} {}\n", camera.width, camera.height, camera.fx,
                            camera.fy, camera.cx, camera.cy, d.k1, d.k2, d.p1, d.p2);
-  write_text(dir / "cameras.txt", cameras);
+  io::write_file(dir / "cameras.txt", cameras);
 
   std::string images =
       "# Image list, two lines each: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME / POINTS2D[] as X, Y, "
@@ -141,7 +135,7 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
                             observations[v][i].point + 1);
     images += "\n";
   }
-  write_text(dir / "images.txt", images);
+  io::write_file(dir / "images.txt", images);
 
   std::string text = "# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as IMAGE_ID, POINT2D_IDX\n";
   for (std::size_t n = 0; n < points.size(); ++n) {
@@ -152,7 +146,7 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
     for (const auto& [view, i] : p.track) text += fmt::format(" {} {}", view + 1, i);
     text += "\n";
   }
-  write_text(dir / "points3D.txt", text);
+  io::write_file(dir / "points3D.txt", text);
 }
 
 void write_synth_surfaces(const std::filesystem::path& file, const SynthScene& scene) {
@@ -167,7 +161,7 @@ void write_synth_surfaces(const std::filesystem::path& file, const SynthScene& s
                         {"windows", s.windows},
                         {"tint", s.tint},
                         {"scale", s.scale}});
-  write_text(file, nlohmann::ordered_json{{"surfaces", surfaces}}.dump(1) + "\n");
+  io::write_file(file, nlohmann::ordered_json{{"surfaces", surfaces}}.dump(1) + "\n");
 }
 
 }  // namespace gpvc::synth

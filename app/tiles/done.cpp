@@ -84,9 +84,8 @@ void write_done(const std::filesystem::path& file, const Done& done) {
   Json outputs = Json::array();
   for (const UnitOutput& output : done.outputs)
     outputs.push_back(Json{{"file", output.file}, {"bytes", output.bytes}, {"hash", text_of(output.hash)}});
-  io::OutputFile out(file);
-  out.write(Json{{"key", text_of(done.key)}, {"outputs", outputs}, {"figures", done.figures}}.dump(1) + "\n");
-  out.commit();
+  const Json json{{"key", text_of(done.key)}, {"outputs", outputs}, {"figures", done.figures}};
+  io::write_file(file, json.dump(1) + "\n");
 }
 
 std::shared_ptr<const Done> DoneList::read() {

@@ -246,9 +246,7 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
   files.outputs.push_back(output_of(folder.path(), mesh / kSceneFile));
   write_done(folder.mesh_files(), files);
   std::vector<Unit> units = plan_units(job);
-  io::OutputFile plan(folder.path() / "plan.json");
-  plan.write(plan_text(units, program));
-  plan.commit();
+  io::write_file(folder.path() / "plan.json", plan_text(units, program));
   // What units of another job in this folder have left would lie among the tiles of this one. Before its key is there, or a
   // run that is killed in between would never remove it.
   if (folder.key_if_made() != key) folder.remove_units();

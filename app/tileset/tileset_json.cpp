@@ -111,13 +111,8 @@ std::string tileset_text(std::span<const std::vector<Tile>> levels, const io::Mo
 
 void write_tileset(const std::filesystem::path& folder, std::span<const std::vector<Tile>> levels,
                    const io::ModelOptions& options, const std::optional<Place>& place) {
-  const auto write = [&](const char* name, const std::string& text) {
-    io::OutputFile file(folder / name);
-    file.write(text);
-    file.commit();
-  };
-  write("index.html", kTilesetPage);
-  write("tileset.json", tileset_text(levels, options, place));
+  io::write_file(folder / "index.html", kTilesetPage);
+  io::write_file(folder / "tileset.json", tileset_text(levels, options, place));
 }
 
 }  // namespace gpvc::tileset

@@ -60,11 +60,14 @@ void OutputFile::commit(Flush flush) {
   temporary_.clear();
 }
 
+void write_file(const std::filesystem::path& file, std::string_view bytes) {
+  OutputFile out(file);
+  out.write(bytes.data(), bytes.size());
+  out.commit();
+}
+
 void copy_file(const std::filesystem::path& from, const std::filesystem::path& to) {
-  const FileBytes bytes(from);
-  OutputFile copy(to);
-  copy.write(bytes.view().data(), bytes.view().size());
-  copy.commit();
+  write_file(to, FileBytes(from).view());
 }
 
 void remove_unfinished(const std::filesystem::path& folder, const std::string& name) {

@@ -376,9 +376,7 @@ GltfFiles write_gltf(const fs::path& stem, GltfContainer container, const Textur
   for (std::size_t i = 0; i < layout.buffer_bytes.size(); ++i)
     result.buffers.push_back(with_suffix((i == 0 ? "" : std::string("_").append(std::to_string(i))) + ".bin"));
   write_buffers(asset, layout, result.buffers);
-  OutputFile out(result.file);
-  out.write(describe(asset, layout, result.buffers));
-  out.commit();
+  write_file(result.file, describe(asset, layout, result.buffers));
   result.faces = std::move(geometry.faces);
   return result;
 }

@@ -6,6 +6,7 @@
 #include "io/error.h"
 #include "io/files/text_scan.h"
 #include "io/lens_terms.h"
+#include "io/output_file.h"
 #include "io/scenes/scene_file.h"
 #include "io/scenes/scene_writer.h"
 
@@ -103,7 +104,7 @@ OrderedJson reference_lla(const Scene& scene) {
 
 void write_json(const fs::path& folder, const char* name, const OrderedJson& json) {
   try {
-    write_text(folder / name, json.dump(2) + '\n');
+    write_file(folder / name, json.dump(2) + '\n');
   } catch (const OrderedJson::type_error&) {
     throw OutputError(folder, "a photo's name is not UTF-8, which JSON has to be");
   }

@@ -149,9 +149,9 @@ void write_colmap(const PlacedScene& scene) {
     images.add<std::uint64_t>(0);  // points seen
   }
   points.add<std::uint64_t>(0);
-  write_text(scene.folder / "sparse" / "cameras.bin", cameras.bytes());
-  write_text(scene.folder / "sparse" / "images.bin", images.bytes());
-  write_text(scene.folder / "sparse" / "points3D.bin", points.bytes());
+  write_file(scene.folder / "sparse" / "cameras.bin", cameras.bytes());
+  write_file(scene.folder / "sparse" / "images.bin", images.bytes());
+  write_file(scene.folder / "sparse" / "points3D.bin", points.bytes());
 }
 
 void write_cams(const PlacedScene& scene) {
@@ -163,7 +163,7 @@ void write_cams(const PlacedScene& scene) {
     const bool portrait = c.width * aspect < c.height;
     const double f = portrait ? c.fx * aspect / c.height : c.fx / c.width;
     const Distortion& d = c.distortion;
-    write_text(scene.folder / fs::path(place).replace_extension(".cam"),
+    write_file(scene.folder / fs::path(place).replace_extension(".cam"),
                joined({t.x, t.y, t.z, r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]}) + "\n" +
                    joined({f, d.k1, d.k2, aspect, c.cx / c.width, c.cy / c.height}) + "\n");
   }
@@ -213,7 +213,7 @@ void write_mvs(const PlacedScene& scene) {
   // Vertices, their normals and colours; lines, their normals and colours: none.
   for (int list = 0; list < 6; ++list) archive.add<std::uint64_t>(0);
   for (const double v : {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}) archive.add(v);
-  write_text(scene.folder / "scene.mvs", archive.bytes());
+  write_file(scene.folder / "scene.mvs", archive.bytes());
 }
 
 // --- NVM
@@ -238,7 +238,7 @@ void write_nvm(const PlacedScene& scene) {
     text += name + '\t' +
             joined({view.camera.fx, q[0], q[1], q[2], q[3], c.x, c.y, c.z, view.camera.distortion.k1, 0}) + '\n';
   }
-  write_text(scene.folder / "scene.nvm", text + "\n0\n\n0\n");
+  write_file(scene.folder / "scene.nvm", text + "\n0\n\n0\n");
 }
 
 // --- where masks lie
@@ -265,12 +265,6 @@ std::string projection_name(LensModel model) { return std::string(name_of(kProje
 
 fs::path mask_in_folder(const fs::path& photo) {
   return fs::path("masks") / (photo.lexically_relative("images").string() + ".png");
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
 }
 
 // --- scenes

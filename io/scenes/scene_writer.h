@@ -41,9 +41,6 @@ inline bool is_perspective(LensModel model) { return model == LensModel::brown |
 /// masks/NAME.EXT.png of images/NAME.EXT.
 std::filesystem::path mask_in_folder(const std::filesystem::path& photo);
 
-/// Throws OutputError.
-void write_text(const std::filesystem::path& path, const std::string& text);
-
 // SceneWriter::lost_term and SceneWriter::write of the formats that are JSON; names that are not UTF-8 are an OutputError.
 std::optional<std::string> lost_in_transforms(const Camera& camera);
 std::optional<std::string> lost_in_opensfm(const Camera& camera);
