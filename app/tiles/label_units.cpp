@@ -7,10 +7,10 @@
 #include <numeric>
 
 #include "app/pipeline/steps.h"
+#include "app/tiles/done.h"
 #include "app/tiles/sound.h"
 #include "app/tiles/tile_atlas.h"
 #include "app/tiles/tile_work.h"
-#include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
 
 namespace gpvc::tiles {
@@ -88,7 +88,7 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   std::array<std::size_t, 3> tags{};
   for (std::size_t f = 0; f < costs.tags.size(); ++f)
     if (tile.tile[f] == unit.number) ++tags[static_cast<std::size_t>(costs.tags[f])];
-  for (std::size_t i = 0; const char* name : {"seen", "partial", "filled"}) outcome_->done.figures[name] = tags[i++];
+  for (std::size_t i = 0; const char* name : {"seen", "partial", "filled"}) done_->figures[name] = tags[i++];
   observer_.end(fmt::format("{} candidates", results::readable_count(costs.table.views.size())));
 }
 
@@ -125,7 +125,7 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
   if (settings_.edge_weights != labeling::EdgeWeights::uniform)
     labeling::weigh_edges(tile.tile.mesh, settings_.edge_weights, tile.graph);
   const LabelFigures labels = label_figures(tile, settings_.solver.smoothness);
-  auto& figures = outcome_->done.figures;
+  auto& figures = done_->figures;
   figures["energy"] = labels.energy;
   figures["pairs"] = labels.pairs;
   figures["seams"] = labels.seams;

@@ -12,9 +12,9 @@
 #include "app/pipeline/memory.h"
 #include "app/pipeline/stored.h"
 #include "app/pipeline/texture_files.h"
+#include "app/tiles/done.h"
 #include "app/tiles/tile_atlas.h"
 #include "app/tiles/tile_work.h"
-#include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
 #include "app/tileset/tile_files.h"
 #include "app/tileset/tileset_json.h"
@@ -63,7 +63,7 @@ void take_in_holes(TileAtlas& atlas) {
 
 }  // namespace
 
-void UnitRunner::bake(const Unit& unit) {
+void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
   TileAtlas tile(folder_, job_, unit.level, unit.number);
   take_in_holes(tile);
   const std::vector<std::uint32_t> own = tile.tile.own(unit.number);
@@ -114,7 +114,7 @@ void UnitRunner::bake(const Unit& unit) {
   } else {
     pages.remove();
   }
-  auto& figures = outcome_->done.figures;
+  auto& figures = done_->figures;
   figures["charts"] = atlas.statistics.charts;
   figures["page_texels"] = atlas.statistics.page_texels;
   figures["seam_edges"] = atlas.statistics.seam_edges;
@@ -148,8 +148,8 @@ void UnitRunner::simplify(const Unit& unit, const io::WorkKey& key) {
   CoarseTile coarse = coarse_tile(children, unit.number);
   coarse.error += error;
   put(unit, "tile", key, coarse);
-  outcome_->done.figures["faces"] = coarse.tile.face.size();
-  outcome_->done.figures["error"] = coarse.error;
+  done_->figures["faces"] = coarse.tile.face.size();
+  done_->figures["error"] = coarse.error;
   observer_.end(fmt::format("{} faces", results::readable_count(coarse.tile.face.size())));
 }
 
@@ -179,7 +179,7 @@ tileset::Tile UnitRunner::tile_of_result(int level, std::size_t number) const {
   return tile;
 }
 
-void UnitRunner::finish() {
+void UnitRunner::finish(const Unit& /*unit*/, const io::WorkKey& /*key*/) {
   observer_.begin({kFinishUnit});
   const double diagonal = diagonal_of(job_.tiles(0));
   std::vector<std::vector<tileset::Tile>> levels;
@@ -200,7 +200,7 @@ void UnitRunner::finish() {
   for (const char* name : {"tileset.json", "index.html"}) note_output(result / name);
   if (const std::string remark = tileset::remark_on_placing(job_.tiles_model, place); !remark.empty())
     observer_.note(remark);
-  auto& figures = outcome_->done.figures;
+  auto& figures = done_->figures;
   std::map<std::string, double> sums;
   double steps_before = 0, steps_after = 0;
   for (const Unit& unit : units_) {

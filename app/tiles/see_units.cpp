@@ -12,9 +12,9 @@
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "app/pipeline/view_loop.h"
+#include "app/tiles/done.h"
 #include "app/tiles/sound.h"
 #include "app/tiles/tile_work.h"
-#include "app/tiles/unit_outcome.h"
 #include "app/tiles/units.h"
 #include "labeling/face_record.h"
 #include "visibility/visibility.h"
@@ -170,8 +170,8 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
                           }});
   for (const TileInGroup& tile : tiles) put(unit, tile_file(tile.number), key, tile.sights);
   if (unit.level == 0) put(unit, "views", key, told);
-  outcome_->done.figures["full"] = sum.full;
-  outcome_->done.figures["partial"] = sum.partial;
+  done_->figures["full"] = sum.full;
+  done_->figures["partial"] = sum.partial;
   observer_.end(fmt::format("{} views of {} faces in {} tiles", views.size(),
                             results::readable_count(input.mesh.faces.size()), tiles.size()));
 }

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "app/results/folder_lock.h"
-#include "app/tiles/unit_outcome.h"
+#include "app/tiles/done.h"
 #include "io/clock.h"
 #include "io/output_file.h"
 
@@ -67,11 +67,15 @@ bool UnitRunner::is_complete(const Unit& unit, const io::WorkKey& key) {
   return !changed;
 }
 
-void UnitRunner::note_output(const fs::path& file) {
-  outcome_->done.outputs.push_back(output_of(folder_.path(), file));
-}
+void UnitRunner::note_output(const fs::path& file) { done_->outputs.push_back(output_of(folder_.path(), file)); }
 
 UnitResult UnitRunner::run(const Unit& unit) {
+  using Step = void (UnitRunner::*)(const Unit&, const io::WorkKey&);
+  // In the order of Stage.
+  constexpr Step kSteps[] = {
+      &UnitRunner::see,   &UnitRunner::judge, &UnitRunner::cost,     &UnitRunner::choose, &UnitRunner::expose,
+      &UnitRunner::level, &UnitRunner::bake,  &UnitRunner::simplify, &UnitRunner::ring,   &UnitRunner::finish};
+  static_assert(std::size(kSteps) == std::size(kStageNames));
   const io::WorkKey key = key_of(unit);
   folder_.refuse_links(fs::path("units") / unit.name / "done.json");
   if (is_complete(unit, key)) return UnitResult::was_done;
@@ -88,48 +92,17 @@ UnitResult UnitRunner::run(const Unit& unit) {
   fs::remove(folder_.done_file(unit.name), ignored);  // what it lists is replaced from here on
   // Without locks another process may be at work.
   if (lock.held()) io::remove_unfinished(folder_.unit(unit.name), "");
-  Outcome outcome{{key}};
-  outcome_ = &outcome;
+  Done done{key};
+  done_ = &done;
   const auto start = Clock::now();
-  switch (unit.stage) {
-    case Stage::see:
-      see(unit, key);
-      break;
-    case Stage::judge:
-      judge(unit, key);
-      break;
-    case Stage::cost:
-      cost(unit, key);
-      break;
-    case Stage::choose:
-      choose(unit, key);
-      break;
-    case Stage::expose:
-      expose(unit, key);
-      break;
-    case Stage::level:
-      level(unit, key);
-      break;
-    case Stage::bake:
-      bake(unit);
-      break;
-    case Stage::simplify:
-      simplify(unit, key);
-      break;
-    case Stage::ring:
-      ring(unit, key);
-      break;
-    case Stage::finish:
-      finish();
-      break;
-  }
-  outcome_ = nullptr;
+  (this->*kSteps[static_cast<std::size_t>(unit.stage)])(unit, key);
+  done_ = nullptr;
   if (key_of(unit) != key)
     throw OutputError(folder_.unit(unit.name),
                       "the job or what the unit reads was changed while the unit ran; run it again");
   photos_.keep(unit);
-  outcome.done.figures["seconds"] = seconds_since(start);
-  write_done(folder_.done_file(unit.name), outcome.done);
+  done.figures["seconds"] = seconds_since(start);
+  write_done(folder_.done_file(unit.name), done);
   return UnitResult::done;
 }
 

@@ -13,6 +13,7 @@
 
 namespace gpvc::tiles {
 
+struct Done;
 enum class UnitResult { done, was_done };
 
 /// What this machine gives to units.
@@ -48,10 +49,10 @@ class UnitRunner {
   void choose(const Unit& unit, const io::WorkKey& key);
   void expose(const Unit& unit, const io::WorkKey& key);
   void level(const Unit& unit, const io::WorkKey& key);
-  void bake(const Unit& unit);
+  void bake(const Unit& unit, const io::WorkKey& key);
   void simplify(const Unit& unit, const io::WorkKey& key);
   void ring(const Unit& unit, const io::WorkKey& key);
-  void finish();
+  void finish(const Unit& unit, const io::WorkKey& key);
   tileset::Tile tile_of_result(int level, std::size_t number) const;
   /// Leaves a part of what a unit makes.
   template <typename Part>
@@ -68,8 +69,7 @@ class UnitRunner {
   JobPhotos photos_;
   pipeline::Settings settings_;  ///< the job's, within the limits
   std::vector<Unit> units_;
-  struct Outcome;
-  Outcome* outcome_ = nullptr;  ///< of the unit that runs
+  Done* done_ = nullptr;  ///< of the unit that runs: what it notes
 };
 
 }  // namespace gpvc::tiles
