@@ -12,26 +12,17 @@
 #include <string_view>
 
 #include "io/error.h"
+#include "io/files/frees.h"
 #include "io/files/text_scan.h"
 #include "io/number_text.h"
 
 namespace gpvc::io {
 namespace {
 
-struct DestroyContext {
-  void operator()(PJ_CONTEXT* context) const { proj_context_destroy(context); }
-};
-struct Destroy {
-  void operator()(PJ* object) const { proj_destroy(object); }
-};
-using Context = std::unique_ptr<PJ_CONTEXT, DestroyContext>;
-struct DestroyList {
-  void operator()(PJ_OBJ_LIST* list) const { proj_list_destroy(list); }
-};
-struct DestroyFactory {
-  void operator()(PJ_OPERATION_FACTORY_CONTEXT* factory) const { proj_operation_factory_context_destroy(factory); }
-};
-using Object = std::unique_ptr<PJ, Destroy>;
+using Context = std::unique_ptr<PJ_CONTEXT, Frees<proj_context_destroy>>;
+using Object = std::unique_ptr<PJ, Frees<proj_destroy>>;
+using Objects = std::unique_ptr<PJ_OBJ_LIST, Frees<proj_list_destroy>>;
+using Factory = std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT, Frees<proj_operation_factory_context_destroy>>;
 
 std::string short_name(const std::string& system) {
   constexpr std::size_t kMost = 60;
@@ -115,13 +106,11 @@ std::optional<MissingGrid> missing_grid_at(PJ_CONTEXT* context, const Object& so
   const Object to_degrees = way_between(context, source, globe);
   if (!to_degrees) return std::nullopt;
   const PJ_COORD at = proj_trans(to_degrees.get(), PJ_FWD, proj_coord(point.x, point.y, point.z, 0));
-  const std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT, DestroyFactory> factory(
-      proj_create_operation_factory_context(context, nullptr));
+  const Factory factory(proj_create_operation_factory_context(context, nullptr));
   proj_operation_factory_context_set_spatial_criterion(context, factory.get(),
                                                        PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
   proj_operation_factory_context_set_grid_availability_use(context, factory.get(), PROJ_GRID_AVAILABILITY_IGNORED);
-  const std::unique_ptr<PJ_OBJ_LIST, DestroyList> ways(
-      proj_create_operations(context, source.get(), target.get(), factory.get()));
+  const Objects ways(proj_create_operations(context, source.get(), target.get(), factory.get()));
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   double best = kUnknown, usable = kUnknown;
   std::optional<MissingGrid> missing, for_heights;
@@ -205,8 +194,7 @@ namespace {
 std::string code_of(PJ_CONTEXT* context, const Object& system) {
   constexpr int kSame = 70;
   int* confidence = nullptr;
-  const std::unique_ptr<PJ_OBJ_LIST, DestroyList> found(
-      proj_identify(context, system.get(), "EPSG", nullptr, &confidence));
+  const Objects found(proj_identify(context, system.get(), "EPSG", nullptr, &confidence));
   std::string code;
   if (found && proj_list_get_count(found.get()) > 0 && confidence[0] >= kSame) {
     const Object best(proj_list_get(context, found.get(), 0));

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "io/file_bytes.h"
+#include "io/files/frees.h"
 #include "io/output_file.h"
 
 namespace gpvc::io {
@@ -34,10 +35,7 @@ using Tail = WorkKey;  // of the bytes between
 // The file is not what was kept.
 struct Damaged {};
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
+using File = std::unique_ptr<std::FILE, Frees<std::fclose>>;
 
 // After the head of a file, if it has one.
 File open_file(const std::filesystem::path& path, Head& head) {

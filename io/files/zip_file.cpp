@@ -10,10 +10,6 @@ namespace gpvc::io {
 
 namespace {
 
-struct CloseMember {
-  void operator()(zip_file_t* member) const { zip_fclose(member); }
-};
-
 std::string text_of(zip_error_t& error) {
   std::string text = zip_error_strerror(&error);
   zip_error_fini(&error);
@@ -55,7 +51,7 @@ std::string ZipFile::read(const std::string& member, std::size_t most) const {
   if (stat.size > kAlwaysUnpacked && stat.size / kMostUnpacked > packed)
     fail(member, "claims to unpack to " + std::to_string(stat.size) + " bytes from " + std::to_string(packed) +
                      ", more than any list of cameras does");
-  const std::unique_ptr<zip_file_t, CloseMember> opened(zip_fopen_index(archive_.get(), number, 0));
+  const std::unique_ptr<zip_file_t, Frees<zip_fclose>> opened(zip_fopen_index(archive_.get(), number, 0));
   if (!opened) fail(member, std::string("cannot be unpacked: ") + zip_strerror(archive_.get()));
   std::string text(static_cast<std::size_t>(std::min<zip_uint64_t>(stat.size, most)), '\0');
   const bool whole = text.size() == stat.size;

@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/files/frees.h"
+
 namespace gpvc::io {
 
 /// True if the bytes begin as those of a zip archive that holds anything do.
@@ -37,12 +39,9 @@ class ZipFile {
 
  private:
   [[noreturn]] void fail(const std::string& member, const std::string& reason) const;
-  struct Close {
-    void operator()(zip_t* archive) const { zip_discard(archive); }
-  };
   const std::filesystem::path& file_;
   std::size_t size_;  ///< of the archive
-  std::unique_ptr<zip_t, Close> archive_;
+  std::unique_ptr<zip_t, Frees<zip_discard>> archive_;
   Members members_;
 };
 
