@@ -77,10 +77,7 @@ void add_sightings(const fs::path& file, const Scene& right, const std::vector<i
   };
   for (std::size_t n = 0; n < points.size(); ++n)
     for (const ViewId id : {points[n].a, points[n].b}) {
-      const View& view = right.views[index(id)];
-      const CameraPoint c = camera_from_world(view.pose, points[n].position);
-      if (!(c.z > 0)) continue;
-      const auto at = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+      const auto at = photo_from_world(right.views[index(id)], points[n].position);
       if (!at) continue;
       append(lists[index(id)], at->x);
       append(lists[index(id)], at->y);

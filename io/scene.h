@@ -231,6 +231,19 @@ inline PixelPoint pixel_from_camera(const Camera& camera, const CameraPoint& p) 
 /// the row to converge; a point outside [0,W] x [0,H] is returned as it is.
 std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoint& p);
 
+/// Where the view's frame has the point; nullopt unless it lies before the camera.
+inline std::optional<PixelPoint> pixel_from_world(const View& view, const WorldPoint& p) {
+  const CameraPoint c = camera_from_world(view.pose, p);
+  if (!(c.z > 0)) return std::nullopt;
+  return pixel_from_camera(view.camera, c);
+}
+
+/// Where the photo has it; nullopt as of pixel_from_world and photo_from_pixel.
+inline std::optional<PhotoPoint> photo_from_world(const View& view, const WorldPoint& p) {
+  const std::optional<PixelPoint> q = pixel_from_world(view, p);
+  return q ? photo_from_pixel(view.camera, *q) : std::nullopt;
+}
+
 /// Inverse of photo_from_pixel by Newton's method, to 1e-9 px; nullopt where it does not converge.
 std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoint& p);
 

@@ -24,13 +24,12 @@ View view_of_cells(View view) {
 bool may_be_drawn(const View& view, const Mesh& mesh, const Triangle& face) {
   double left = view.camera.width, right = 0, top = view.camera.height, bottom = 0;
   for (const std::uint32_t v : face) {
-    const CameraPoint c = camera_from_world(view.pose, mesh.positions[v]);
-    if (!(c.z > 0)) return may_be_framed(view, mesh, face);
-    const PixelPoint q = pixel_from_camera(view.camera, c);
-    left = std::min(left, q.x);
-    right = std::max(right, q.x);
-    top = std::min(top, q.y);
-    bottom = std::max(bottom, q.y);
+    const auto q = pixel_from_world(view, mesh.positions[v]);
+    if (!q) return may_be_framed(view, mesh, face);
+    left = std::min(left, q->x);
+    right = std::max(right, q->x);
+    top = std::min(top, q->y);
+    bottom = std::max(bottom, q->y);
   }
   const auto holds_middle = [](double low, double high, int size) {
     return std::ceil(std::max(low, 0.0) - 0.5) <= std::floor(std::min<double>(high, size) - 0.5);

@@ -72,9 +72,7 @@ float smoothness(const Values& values) {
 }
 
 std::optional<PhotoPoint> small_from_world(const View& view, int factor, const WorldPoint& p) {
-  const CameraPoint c = camera_from_world(view.pose, p);
-  if (c.z <= 0) return {};
-  const std::optional<PhotoPoint> photo = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+  const std::optional<PhotoPoint> photo = photo_from_world(view, p);
   if (!photo) return {};
   return PhotoPoint{photo->x / factor, photo->y / factor};
 }

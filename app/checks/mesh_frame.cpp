@@ -85,11 +85,10 @@ double covered_share(const Scene& scene, const Mesh& mesh, std::span<const ViewI
     for (const Triangle& face : mesh.faces) {
       const auto& at = mesh.positions;
       const WorldPoint middle = (at[face[0]] + at[face[1]] + at[face[2]]) * (1.0 / 3);
-      const CameraPoint c = camera_from_world(view.pose, middle);
-      if (c.z <= 0) continue;
-      const PixelPoint pixel = pixel_from_camera(view.camera, c);
-      const double column = std::floor(pixel.x / view.camera.width * kColumns);
-      const double row = std::floor(pixel.y / view.camera.height * kRows);
+      const auto pixel = pixel_from_world(view, middle);
+      if (!pixel) continue;
+      const double column = std::floor(pixel->x / view.camera.width * kColumns);
+      const double row = std::floor(pixel->y / view.camera.height * kRows);
       if (column >= 0 && column < kColumns && row >= 0 && row < kRows)
         cells[static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column)] = true;
     }

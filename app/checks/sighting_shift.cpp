@@ -81,9 +81,7 @@ std::vector<SightingShift> sighting_shifts(const Scene& scene, std::span<const i
   for (const io::Sighting& sighting : sightings) {
     const View& view = scene.views[index(sighting.view)];
     const Camera& camera = view.camera;
-    const CameraPoint c = camera_from_world(view.pose, sighting.point);
-    if (!(c.z > 0)) continue;
-    const std::optional<PhotoPoint> shown = photo_from_pixel(camera, pixel_from_camera(camera, c));
+    const std::optional<PhotoPoint> shown = photo_from_world(view, sighting.point);
     if (!shown) continue;
     Residuals& of = cameras[{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy}];
     if (of.views == 0) of.first = sighting.view;

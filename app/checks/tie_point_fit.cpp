@@ -28,11 +28,9 @@ std::optional<WorldPoint> surface_behind(const Mesh& mesh, FaceId face, const Vi
 std::array<FaceId, 4> seen_faces(const View& view, const visibility::Ivm& ivm, const WorldPoint& point) {
   std::array<FaceId, 4> faces;
   faces.fill(kNoFace);
-  const CameraPoint c = camera_from_world(view.pose, point);
-  if (!(c.z > 0)) return faces;
-  const PixelPoint at = pixel_from_camera(view.camera, c);
-  if (!(at.x >= 0 && at.y >= 0 && at.x < ivm.width && at.y < ivm.height)) return faces;
-  const int x0 = static_cast<int>(std::floor(at.x - 0.5)), y0 = static_cast<int>(std::floor(at.y - 0.5));
+  const auto at = pixel_from_world(view, point);
+  if (!at || !(at->x >= 0 && at->y >= 0 && at->x < ivm.width && at->y < ivm.height)) return faces;
+  const int x0 = static_cast<int>(std::floor(at->x - 0.5)), y0 = static_cast<int>(std::floor(at->y - 0.5));
   for (int i = 0; i < 4; ++i)
     if (const int x = x0 + i % 2, y = y0 + i / 2; x >= 0 && y >= 0 && x < ivm.width && y < ivm.height)
       faces[static_cast<std::size_t>(i)] = ivm.at(x, y);
@@ -41,10 +39,9 @@ std::array<FaceId, 4> seen_faces(const View& view, const visibility::Ivm& ivm, c
 
 /// The distance of two points in reduced pixels; nullopt where one lies behind the camera.
 std::optional<double> distance_in(const View& view, const WorldPoint& p, const WorldPoint& q) {
-  const CameraPoint a = camera_from_world(view.pose, p), b = camera_from_world(view.pose, q);
-  if (!(a.z > 0 && b.z > 0)) return {};
-  const PixelPoint at = pixel_from_camera(view.camera, a), other = pixel_from_camera(view.camera, b);
-  return std::hypot(at.x - other.x, at.y - other.y) / reduction(view.camera.width, view.camera.height);
+  const auto at = pixel_from_world(view, p), other = pixel_from_world(view, q);
+  if (!at || !other) return {};
+  return std::hypot(at->x - other->x, at->y - other->y) / reduction(view.camera.width, view.camera.height);
 }
 
 }  // namespace

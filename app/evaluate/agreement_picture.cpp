@@ -110,10 +110,8 @@ Image agreement_picture(const checks::Input& input, const labeling::CostTable& c
         const FaceId face = ivm.at(x, y);
         if (face != kNoFace &&
             std::ranges::binary_search(candidates.views_of(index(face)), static_cast<std::uint32_t>(pair.other))) {
-          if (const auto point = point_on(input.mesh, face, frame, p)) {
-            const CameraPoint c = camera_from_world(other.pose, *point);
-            if (c.z > 0) shown = others.at(other, pixel_from_camera(other.camera, c)).value_or(kNothing);
-          }
+          if (const auto point = point_on(input.mesh, face, frame, p))
+            if (const auto at = pixel_from_world(other, *point)) shown = others.at(other, *at).value_or(kNothing);
         }
         put(picture, kWidth + kGap + x, top + y, shown);
       }

@@ -11,9 +11,7 @@ constexpr std::size_t kKeptBytes = std::size_t{1} << 30;
 }  // namespace
 
 std::optional<PhotoPoint> ShownPhoto::project(const WorldPoint& p) const {
-  const CameraPoint c = camera_from_world(view.pose, p);
-  if (c.z <= 0) return std::nullopt;
-  const auto at = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+  const auto at = photo_from_world(view, p);
   if (!at || !(at->x >= 0) || !(at->y >= 0) || at->x >= photo->width || at->y >= photo->height) return std::nullopt;
   return at;
 }

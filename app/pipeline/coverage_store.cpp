@@ -174,10 +174,9 @@ class Checker {
     const PixelBox frame{0, 0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
     PixelBox box{frame.x1, frame.y1, 0, 0};
     for (const std::uint32_t v : face) {
-      const CameraPoint corner = camera_from_world(view_.pose, mesh_.positions[v]);
-      if (!(corner.z > 0)) return frame;
-      const PixelPoint p = pixel_from_camera(camera, corner);
-      box = {std::min(box.x0, p.x), std::min(box.y0, p.y), std::max(box.x1, p.x), std::max(box.y1, p.y)};
+      const auto p = pixel_from_world(view_, mesh_.positions[v]);
+      if (!p) return frame;
+      box = {std::min(box.x0, p->x), std::min(box.y0, p->y), std::max(box.x1, p->x), std::max(box.y1, p->y)};
     }
     return {std::max(0.0, std::floor(box.x0) - 1), std::max(0.0, std::floor(box.y0) - 1),
             std::min(frame.x1, std::ceil(box.x1) + 1), std::min(frame.y1, std::ceil(box.y1) + 1)};

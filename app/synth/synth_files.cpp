@@ -58,9 +58,7 @@ std::vector<TiePoint> tie_points(const SynthScene& scene, const std::vector<View
     point.color = surface_albedo(scene.surfaces[scene.face_surface[face]], point.position);
     std::vector<std::pair<std::size_t, PhotoPoint>> seen;
     for (std::size_t v = 0; v < views.size(); ++v) {
-      const CameraPoint c = camera_from_world(views[v].pose, point.position);
-      if (c.z <= 0) continue;
-      const auto at = photo_from_pixel(views[v].camera, pixel_from_camera(views[v].camera, c));
+      const auto at = photo_from_world(views[v], point.position);
       if (!at || at->x < 0 || at->y < 0 || at->x > views[v].camera.width || at->y > views[v].camera.height) continue;
       if (renderer.sees(views[v].pose, point.position, static_cast<std::uint32_t>(face))) seen.emplace_back(v, *at);
     }

@@ -42,9 +42,7 @@ void lower_to(const labeling::CostTable& table, std::uint32_t face, double full_
 /// Finds where the photo shows a vertex. False where it does not: a view sees a face whole if it sees the centres of all of its
 /// pixels, so a vertex may lie beyond where its lens ends.
 bool place(const View& view, const WorldPoint& p, BlendView& item) {
-  const CameraPoint c = camera_from_world(view.pose, p);
-  if (!(c.z > 0)) return false;
-  const auto q = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+  const auto q = photo_from_world(view, p);
   if (!q) return false;
   item.x = static_cast<float>(q->x);
   item.y = static_cast<float>(q->y);

@@ -54,9 +54,7 @@ void SeamBlend::take(ViewId id, const CoarsePhoto& photo, std::span<const SeamEd
     const Part& part = parts_[mine[n]];
     const SeamEdge& edge = edges[part.edge];
     for (std::uint32_t i = 0; i < edge.samples; ++i) {
-      const CameraPoint c = camera_from_world(view.pose, place_of(*input_, edge, i));
-      if (!(c.z > 0)) continue;
-      const auto q = photo_from_pixel(view.camera, pixel_from_camera(view.camera, c));
+      const auto q = photo_from_world(view, place_of(*input_, edge, i));
       if (!q) continue;
       const Color color = photo.at(*q);
       colors_[part.first + i] = {static_cast<std::uint16_t>(kColorUnit * color.r + 0.5f),

@@ -30,12 +30,6 @@ std::optional<std::array<std::uint32_t, 2>> shared_edge(const Triangle& a, const
   return std::nullopt;
 }
 
-std::optional<PixelPoint> project(const View& view, const WorldPoint& p) {
-  const CameraPoint c = camera_from_world(view.pose, p);
-  if (!(c.z > 0)) return std::nullopt;
-  return pixel_from_camera(view.camera, c);
-}
-
 /// The mean squared change of colour, in the channel where it is largest, if the place moves at random: in x and in y by
 /// normal distributions of deviation kMisregistrationPx. A gradient would not do: an edge two pixels away has none here.
 ///
@@ -66,8 +60,8 @@ int sample_count(const AtlasInput& input, const SeamEdge& edge) {
   double longest = 0;
   for (const auto face : edge.faces) {
     const View& view = input.scene.views[index(input.labels[face])];
-    const auto p = project(view, input.mesh.positions[edge.vertices[0]]);
-    const auto q = project(view, input.mesh.positions[edge.vertices[1]]);
+    const auto p = pixel_from_world(view, input.mesh.positions[edge.vertices[0]]);
+    const auto q = pixel_from_world(view, input.mesh.positions[edge.vertices[1]]);
     if (p && q) longest = std::max(longest, std::hypot(p->x - q->x, p->y - q->y));
   }
   return static_cast<int>(std::clamp(std::ceil(longest), 1.0, double{kMostSamples}));
@@ -120,7 +114,7 @@ class Sampler {
     if (partial && !seen) return;
     const WorldPoint &a = input_.mesh.positions[edge.vertices[0]], &b = input_.mesh.positions[edge.vertices[1]];
     for (std::uint32_t i = 0; i < edge.samples; ++i) {
-      const auto p = project(view, a + (i + 0.5) / edge.samples * (b - a));
+      const auto p = pixel_from_world(view, a + (i + 0.5) / edge.samples * (b - a));
       if (!p) continue;
       if (seen && !shows(*seen, *p)) continue;
       const auto q = photo_from_pixel(view.camera, *p);
