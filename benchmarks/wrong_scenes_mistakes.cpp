@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <utility>
 
@@ -15,7 +16,13 @@ namespace {
 
 // --- mistakes of poses and lenses
 
-void exchange_poses(Scene& scene, const std::vector<std::size_t>& from) {
+using Order = std::vector<std::size_t>;
+
+/// Photos get the poses and cameras of others, in an order that `change` makes of their own.
+void exchange_poses(Scene& scene, void (*change)(Order&)) {
+  Order from(scene.views.size());
+  std::iota(from.begin(), from.end(), std::size_t{0});
+  change(from);
   const std::vector<View> right = scene.views;
   for (std::size_t i = 0; i < from.size(); ++i) {
     scene.views[i].pose = right[from[i]].pose;
@@ -24,32 +31,10 @@ void exchange_poses(Scene& scene, const std::vector<std::size_t>& from) {
 }
 
 /// Every photo gets another's pose.
-std::vector<std::size_t> shuffled(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i;
+void shuffle(Order& order) {
   std::mt19937 random(1);
   // Sattolo 1986: one cycle through all, so that none stays in its place.
-  for (std::size_t i = count - 1; i > 0; --i) std::swap(order[i], order[random() % i]);
-  return order;
-}
-
-std::vector<std::size_t> moved_by_one(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = (i + 1) % count;
-  return order;
-}
-
-std::vector<std::size_t> reversed(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = count - 1 - i;
-  return order;
-}
-
-std::vector<std::size_t> two_swapped(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i;
-  std::swap(order[0], order[count / 2]);
-  return order;
+  for (std::size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random() % i]);
 }
 
 /// About the optical axis: what a photo stored upside down comes to.
@@ -66,8 +51,8 @@ void invert(Pose& pose) {
                  -(r[6] * c.x + r[7] * c.y + r[8] * c.z)};
 }
 
-Mistake of_order(const char* name, std::vector<std::size_t> (*order)(std::size_t)) {
-  return {name, [order](Input& in) { exchange_poses(in.scene, order(in.scene.views.size())); }};
+Mistake of_order(const char* name, void (*change)(Order&)) {
+  return {name, [change](Input& in) { exchange_poses(in.scene, change); }};
 }
 
 Mistake of_views(const char* name, void (*spoil)(View&)) {
@@ -156,10 +141,10 @@ double extent_of(const Mesh& mesh) { return box_of(mesh).extent(); }
 
 std::vector<Mistake> mistakes_of_views() {
   return {
-      of_order("photos in random order", shuffled),
-      of_order("photos in reverse order", reversed),
-      of_order("photos moved by one", moved_by_one),
-      of_order("two photos swapped", two_swapped),
+      of_order("photos in random order", shuffle),
+      of_order("photos in reverse order", [](Order& order) { std::ranges::reverse(order); }),
+      of_order("photos moved by one", [](Order& order) { std::rotate(order.begin(), order.begin() + 1, order.end()); }),
+      of_order("two photos swapped", [](Order& order) { std::swap(order[0], order[order.size() / 2]); }),
       {"one photo turned by 180 degrees", [](Input& in) { turn_over(in.scene.views[in.scene.views.size() / 2]); }},
       of_views("all photos turned by 180 degrees", turn_over),
       {"all cameras at one pose",

@@ -11,30 +11,13 @@
 #include <memory>
 #include <optional>
 
+#include "io/grouping.h"
 #include "visibility/oracle.h"
 #include "visibility/oracle/oracle_tile.h"
 
 namespace gpvc::visibility {
 namespace truth {
 namespace {
-
-/// Items grouped by tile: those of tile t are items[first[t]] up to items[first[t + 1]].
-template <class Item>
-struct ByTile {
-  std::vector<std::size_t> first;
-  std::vector<Item> items;
-
-  /// `each(add)` must call add(tile, item) for all items; it is called twice and must keep their order.
-  template <class Each>
-  ByTile(std::size_t tiles, Each&& each) : first(tiles + 1, 0) {
-    each([&](std::size_t tile, const Item&) { ++first[tile + 1]; });
-    for (std::size_t t = 0; t < tiles; ++t) first[t + 1] += first[t];
-    items.resize(first[tiles]);
-    std::vector<std::size_t> next(first.begin(), first.end() - 1);
-    each([&](std::size_t tile, const Item& item) { items[next[tile]++] = item; });
-  }
-  std::span<Item> at(std::size_t tile) { return {items.data() + first[tile], first[tile + 1] - first[tile]}; }
-};
 
 struct Grid {
   int columns, rows;
@@ -129,11 +112,11 @@ class Oracle {
   }
 
   OracleView run() {
-    ByTile<std::uint32_t> faces(grid_.tiles(), [&](auto&& add) {
+    const auto faces = group_items<std::uint32_t>(grid_.tiles(), [&](const auto& add) {
       for (std::uint32_t f = 0; f < tallies_.size(); ++f)
         if (scene_.facts[f].reaches) grid_.for_each_touched(scene_.facts[f], [&](std::size_t tile) { add(tile, f); });
     });
-    for_each_tile([&](std::size_t tile) { tile_at(tile)->decide_pixels(faces.at(tile), tallies_); });
+    for_each_tile([&](std::size_t tile) { tile_at(tile)->decide_pixels(faces[tile], tallies_); });
     tbb::parallel_for(std::size_t{0}, tallies_.size(), [&](std::size_t f) { look_for_centres(f); });
     std::vector<FourSamples> four(tallies_.size());
     const std::size_t placed = decide_samples(faces, four);
@@ -185,7 +168,7 @@ class Oracle {
   }
 
   /// Decides the sub-pixel samples of the faces that may have no pixel centre. Returns how many lie in the image.
-  std::size_t decide_samples(ByTile<std::uint32_t>& faces, std::vector<FourSamples>& four) {
+  std::size_t decide_samples(const Grouped<std::uint32_t>& faces, std::vector<FourSamples>& four) {
     std::vector<SampleInTile> placed;
     for (std::uint32_t f = 0; f < tallies_.size(); ++f) {
       if (!may_face_camera(f) || centres_[f] == Answer::yes) continue;
@@ -197,11 +180,11 @@ class Oracle {
         }
       }
     }
-    ByTile<Sample> samples(grid_.tiles(), [&](auto&& add) {
+    auto samples = group_items<Sample>(grid_.tiles(), [&](const auto& add) {
       for (const SampleInTile& sample : placed) add(sample.tile, sample.sample);
     });
     for_each_tile([&](std::size_t tile) {
-      if (!samples.at(tile).empty()) tile_at(tile)->decide_samples(faces.at(tile), samples.at(tile));
+      if (!samples[tile].empty()) tile_at(tile)->decide_samples(faces[tile], samples[tile]);
     });
     for (const Sample& sample : samples.items) four[sample.face].add(sample);
     return placed.size();
