@@ -7,7 +7,6 @@
 #include <memory>
 #include <stdexcept>
 
-#include "benchmarks/command.h"
 #include "benchmarks/efficiency.h"
 #include "io/clock.h"
 #include "visibility/visibility.h"

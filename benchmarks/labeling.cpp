@@ -100,8 +100,8 @@ void size_table(std::size_t max_faces) {
     const labeling::Selection selection = labeling::select_views(table, graph, {}, {});
     const double wall = seconds_since(start);
     std::printf("| %zu | %zu | %.2f | %.2f | %.1f | %.0f | %.1f | %zu |\n", table.faces(), table.views.size(), wall,
-                cpu_seconds() - cpu, 1e6 * wall / static_cast<double>(table.faces()), peak_megabytes(),
-                selection.energy, selection.patches);
+                cpu_seconds() - cpu, 1e6 * wall / static_cast<double>(table.faces()),
+                static_cast<double>(peak_resident_bytes()) / (1 << 20), selection.energy, selection.patches);
     std::fflush(stdout);
   }
 }

@@ -27,7 +27,7 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
                               {"stages", record.stages},
                               {"wall_s", wall},
                               {"cpu_s", cpu},
-                              {"peak_resident_bytes", evaluate::peak_resident_bytes()},
+                              {"peak_resident_bytes", peak_resident_bytes()},
                               {"counts", record.counts},
                               {"outputs", Json::parse(folder.promised_json())}});
 }

@@ -1,7 +1,6 @@
 // The stages and figures of a run, as run.json and reports list them.
 #pragma once
 
-#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -10,9 +9,6 @@
 #include "io/clock.h"
 
 namespace gpvc::evaluate {
-
-/// The most memory that this process has had so far.
-std::size_t peak_resident_bytes();
 
 /// Keeps what a run reports and shows nothing.
 class RunLog : public results::Observer {
