@@ -1,7 +1,9 @@
 // Arithmetic on points and directions of the world and of a camera.
 #pragma once
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "scene.h"
 
@@ -20,6 +22,19 @@ inline double length(const WorldPoint& a) { return std::sqrt(dot(a, a)); }
 inline WorldPoint unit(const WorldPoint& a) {
   const double l = length(a);
   return l > 0 ? a * (1 / l) : a;
+}
+
+/// Equal for equal points, such as those with 0 and with -0.
+inline std::uint64_t position_hash(const WorldPoint& p) {
+  // The finalizer of splitmix64 (Steele, Lea, Flood 2014).
+  const auto mixed = [](std::uint64_t word) {
+    word = (word ^ (word >> 30)) * 0xBF58476D1CE4E5B9U;
+    word = (word ^ (word >> 27)) * 0x94D049BB133111EBU;
+    return word ^ (word >> 31);
+  };
+  // The sum makes -0 and 0 the same bits.
+  const auto bits = [](double coordinate) { return std::bit_cast<std::uint64_t>(coordinate + 0.0); };
+  return mixed(bits(p.x) + mixed(bits(p.y) + mixed(bits(p.z))));
 }
 
 /// rotation * v: a direction in camera axes from one in world axes.

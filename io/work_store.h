@@ -30,8 +30,6 @@ class WorkHash {
  public:
   WorkHash();
   ~WorkHash();
-  WorkHash(const WorkHash&) = delete;
-  WorkHash& operator=(const WorkHash&) = delete;
   void add_bytes(const void* data, std::size_t bytes);
   /// As WorkStore::Writer::add().
   template <typename T>

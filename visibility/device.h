@@ -36,8 +36,6 @@ class GraphicsDevice {
   /// and drivers show that there can be no hardware.
   static std::unique_ptr<GraphicsDevice> find_hardware();
   ~GraphicsDevice();
-  GraphicsDevice(const GraphicsDevice&) = delete;
-  GraphicsDevice& operator=(const GraphicsDevice&) = delete;
   const DeviceInfo& info() const;
   /// Makes the context current again after another one was. Throws GpuError on any thread but its own.
   void make_current() const;

@@ -34,8 +34,6 @@ class VisibilityStage {
   /// bias is not positive and finite, or when Gpvc asks for native drawing and shaders.
   VisibilityStage(const Mesh& mesh, const VisibilityOptions& options, GraphicsDevice* device = nullptr);
   ~VisibilityStage();
-  VisibilityStage(const VisibilityStage&) = delete;
-  VisibilityStage& operator=(const VisibilityStage&) = delete;
   /// O(faces + pixels). Coverage entries carry `id`. `excluded`: pixels of the photo that count as outside it, at the
   /// camera's size, as io::PhotoSource::exclusion() gives them; null where all may be used. Images above the GL viewport
   /// limit are drawn in tiles. Throws std::invalid_argument when `excluded` has another size than the camera.

@@ -81,8 +81,6 @@ class SynthRenderer {
  public:
   explicit SynthRenderer(const SynthScene& scene);
   ~SynthRenderer();
-  SynthRenderer(const SynthRenderer&) = delete;
-  SynthRenderer& operator=(const SynthRenderer&) = delete;
 
   /// A photo through the camera's lens distortion, at 2 x 2 positions a pixel. Uses all TBB threads. `unmodelled`:
   /// objects that are in this photo and not in the scene. \pre shot.rays is a positive multiple of 4

@@ -1,12 +1,11 @@
 // Vertices for formats that repeat them in every triangle, or wherever a texture has a seam.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
 
-#include "io/scene.h"
+#include "io/vector.h"
 
 namespace gpvc::io {
 
@@ -24,15 +23,7 @@ class MergedVertices {
 
  private:
   struct Hash {
-    std::size_t operator()(const WorldPoint& p) const {
-      std::uint64_t hash = 0;
-      // Adding 0 makes -0 and 0 one, as == does. Knuth's multiplier spreads what differs in high bits alone.
-      for (const double v : {p.x, p.y, p.z}) {
-        hash = (hash ^ std::bit_cast<std::uint64_t>(v + 0.0)) * 0x9E3779B97F4A7C15u;
-        hash ^= hash >> 32;
-      }
-      return hash;
-    }
+    std::size_t operator()(const WorldPoint& p) const { return position_hash(p); }
   };
   std::vector<WorldPoint>& positions_;
   std::unordered_map<WorldPoint, std::uint32_t, Hash> numbers_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "io/files/text_scan.h"
+#include "io/mesh.h"
 #include "io/scene.h"
 #include "io/textured_model.h"
 
@@ -65,6 +67,12 @@ void warn_of_lines(Mesh& mesh, std::size_t count, const std::string& first);
 /// Retriangulates polygons that were added as fans and whose fan turns a triangle over, and `texcoords`, unless it is
 /// empty, the same way. \pre all vertices are read
 void recut_concave(Mesh& mesh, std::span<Triangle> texcoords = {});
+
+/// False where a coordinate is not finite or exceeds kMostCoordinate.
+inline bool has_place(const WorldPoint& p) {
+  const auto is_coordinate = [](double v) { return std::abs(v) <= kMostCoordinate; };  // false for NaN
+  return is_coordinate(p.x) && is_coordinate(p.y) && is_coordinate(p.z);
+}
 
 /// Gives vertices without a place (a coordinate is not finite or exceeds kMostCoordinate) that of another vertex, and has
 /// each face that uses one name another of its corners in its stead: a face without area, which nothing shows. Numbers of

@@ -10,10 +10,6 @@
 namespace gpvc::io {
 namespace {
 
-bool has_place(const WorldPoint& p) {
-  return std::abs(p.x) <= kMostCoordinate && std::abs(p.y) <= kMostCoordinate && std::abs(p.z) <= kMostCoordinate;
-}
-
 /// "12 vertices have no place, the first vertex 7, as a coordinate is not finite"
 std::string description(const Mesh& mesh, std::size_t count, std::size_t first, const char* which) {
   const WorldPoint& p = mesh.positions[first];

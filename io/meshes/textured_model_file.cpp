@@ -298,8 +298,7 @@ LoadedModel read_textured_gltf(const fs::path& file) {
 }
 
 void check_numbers(const fs::path& file, LoadedModel& loaded) {
-  const auto usable = [](double offset) { return std::abs(offset) <= kMostCoordinate; };
-  if (!usable(loaded.offset.x) || !usable(loaded.offset.y) || !usable(loaded.offset.z))
+  if (!has_place(loaded.offset))
     throw InputError(file, "offset", "is not finite, or above " + shortest_text(kMostCoordinate));
   refuse_faceless(file, loaded.mesh);
   settle_places(file, loaded.mesh);

@@ -11,6 +11,7 @@
 
 #include "io/finite.h"
 #include "io/mesh.h"
+#include "io/meshes/mesh_file.h"
 #include "io/scene_members.h"
 
 namespace gpvc {
@@ -31,13 +32,8 @@ std::size_t first_wrong(std::size_t count, const IsWrong& is_wrong) {
       [](std::size_t a, std::size_t b) { return std::min(a, b); });
 }
 
-bool is_place(const WorldPoint& p) {
-  const auto is_coordinate = [](double v) { return std::abs(v) <= io::kMostCoordinate; };  // false for NaN
-  return is_coordinate(p.x) && is_coordinate(p.y) && is_coordinate(p.z);
-}
-
 void check_places(const std::vector<WorldPoint>& positions, const char* what) {
-  const std::size_t wrong = first_wrong(positions.size(), [&](std::size_t n) { return !is_place(positions[n]); });
+  const std::size_t wrong = first_wrong(positions.size(), [&](std::size_t n) { return !io::has_place(positions[n]); });
   if (wrong < positions.size())
     refuse(fmt::format("the mesh: {} of vertex {} is ({}, {}, {}), expected numbers of at most {:.0e}", what, wrong,
                        positions[wrong].x, positions[wrong].y, positions[wrong].z, io::kMostCoordinate));
@@ -99,7 +95,7 @@ void validate(const View& view) {
   if (!io::is_finite(c.distortion)) fail("has a lens with a term that is no number");
   if (!is_rotation(view.pose.rotation))
     fail("has a rotation that is none: expected an orthonormal matrix without mirroring");
-  if (!is_place(view.pose.centre))
+  if (!io::has_place(view.pose.centre))
     fail(fmt::format("stands at ({}, {}, {}), expected numbers of at most {:.0e}", view.pose.centre.x,
                      view.pose.centre.y, view.pose.centre.z, io::kMostCoordinate));
   if (view.reduction < 1) fail(fmt::format("has photos reduced {} times, expected 1 or more", view.reduction));

@@ -6,26 +6,16 @@
 #include <bit>
 #include <utility>
 
+#include "io/vector.h"
+
 namespace gpvc::visibility {
 namespace {
 
-/// The finalizer of splitmix64 (Steele, Lea, Flood 2014).
-std::uint64_t mixed(std::uint64_t bits) {
-  bits = (bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9U;
-  bits = (bits ^ (bits >> 27)) * 0x94D049BB133111EBU;
-  return bits ^ (bits >> 31);
-}
-
-std::uint64_t hash_of(const WorldPoint& p) {
-  // The sum makes -0 and 0, which are equal, the same bits.
-  const auto bits = [](double coordinate) { return std::bit_cast<std::uint64_t>(coordinate + 0.0); };
-  return mixed(bits(p.x) + mixed(bits(p.y) + mixed(bits(p.z))));
-}
-
 /// The same for the corners in any order.
 std::uint32_t hash_of(const Mesh& mesh, const Triangle& face) {
-  const auto& p = mesh.positions;
-  return static_cast<std::uint32_t>((hash_of(p[face[0]]) + hash_of(p[face[1]]) + hash_of(p[face[2]])) >> 32);
+  std::uint64_t sum = 0;
+  for (const std::uint32_t v : face) sum += position_hash(mesh.positions[v]);
+  return static_cast<std::uint32_t>(sum >> 32);
 }
 
 /// The same corners in the same turn.
