@@ -89,13 +89,7 @@ SceneFile parse_cam(const fs::path& file, std::string_view text) {
 }
 
 /// A folder with a camera file that has a photo beside it, or one of its camera files.
-std::optional<fs::path> find_cam_folder(const fs::path& source) {
-  if (is_file(source)) return is_cam(source) ? std::optional(folder_of(source)) : std::nullopt;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(source, ignored))
-    if (is_cam(entry.path())) return source;
-  return std::nullopt;
-}
+std::optional<fs::path> find_cam_folder(const fs::path& source) { return find_folder(source, is_cam); }
 
 SceneFile read_cam_folder(const fs::path& folder) {
   SceneFile scene;

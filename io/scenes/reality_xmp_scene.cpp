@@ -162,13 +162,7 @@ SceneFile parse_reality_xmp(const fs::path& file, std::string_view text) {
   return scene;
 }
 
-std::optional<fs::path> find_reality_folder(const fs::path& source) {
-  if (is_file(source)) return is_reality_xmp(source) ? std::optional(folder_of(source)) : std::nullopt;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(source, ignored))
-    if (is_reality_xmp(entry.path())) return source;
-  return std::nullopt;
-}
+std::optional<fs::path> find_reality_folder(const fs::path& source) { return find_folder(source, is_reality_xmp); }
 
 /// Photos of the component with the most, the first by name of several; all are where no pose names a component.
 void keep_largest_component(std::vector<RealityPhoto>& photos, SceneFile& scene) {

@@ -71,6 +71,10 @@ std::span<const SceneFormat* const> scene_formats();
 std::optional<std::filesystem::path> find_file(const std::filesystem::path& source, std::string_view extension,
                                                bool (*fits)(const std::filesystem::path&));
 
+/// `source` if it is a folder with a file that `fits`, or the folder of `source` if that is such a file; nullopt otherwise.
+std::optional<std::filesystem::path> find_folder(const std::filesystem::path& source,
+                                                 bool (*fits)(const std::filesystem::path&));
+
 /// A file that states the camera of the photo beside it.
 struct Sidecar {
   std::filesystem::path file;

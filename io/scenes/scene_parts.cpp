@@ -25,6 +25,14 @@ std::optional<fs::path> find_file(const fs::path& source, std::string_view exten
   return found.front();
 }
 
+std::optional<fs::path> find_folder(const fs::path& source, bool (*fits)(const fs::path&)) {
+  if (is_file(source)) return fits(source) ? std::optional(folder_of(source)) : std::nullopt;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(source, ignored))
+    if (fits(entry.path())) return source;
+  return std::nullopt;
+}
+
 std::vector<Sidecar> sidecars_in(const fs::path& folder, std::string_view extension) {
   std::vector<Sidecar> sidecars;
   std::multimap<std::string, std::string> photos;  // by name and by name without extension
