@@ -9,14 +9,10 @@
 #include <tuple>
 #include <utility>
 
+#include "io/order_statistics.h"
+
 namespace gpvc::checks {
 namespace {
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// Where a photo shows a point, beside where its camera does.
 struct Residual {
@@ -52,13 +48,13 @@ std::optional<SightingShift> shift_of(Residuals& of, const View& view) {
   add_slopes(of.all, &Residual::y, &Residual::down, view.camera.height / 8.0, slopes);
   // Points that lie close together do not tell a shift from growth.
   if (of.all.size() < kLeast || slopes.size() < kLeast / 2) return {};
-  const double growth = median(slopes);
+  const double growth = upper_median(std::span(slopes));
   std::vector<double> right, down;
   for (const Residual& each : of.all) {
     right.push_back(each.right - growth * each.x);
     down.push_back(each.down - growth * each.y);
   }
-  SightingShift found{of.first, of.views, median(right), median(down)};
+  SightingShift found{of.first, of.views, upper_median(std::span(right)), upper_median(std::span(down))};
   const double shift = std::hypot(found.right, found.down);
   if (std::abs(growth) <= kLeastGrowth) return shift * view.reduction >= 1 ? std::optional(found) : std::nullopt;
   // Cameras of photos of another size than the model states were scaled about the photo's corner, the points were not, which
@@ -66,7 +62,8 @@ std::optional<SightingShift> shift_of(Residuals& of, const View& view) {
   constexpr double kSteady = 0.25;
   for (double& each : slopes) each = std::abs(each - growth);
   const double middle = std::min(view.camera.cx, view.camera.cy);
-  if (shift > kSteady * std::abs(growth) * middle || median(slopes) > kSteady * std::abs(growth)) return {};
+  if (shift > kSteady * std::abs(growth) * middle || upper_median(std::span(slopes)) > kSteady * std::abs(growth))
+    return {};
   found.right = found.down = 0;
   found.growth = growth;
   return found;

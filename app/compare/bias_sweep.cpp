@@ -7,18 +7,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "io/order_statistics.h"
 #include "visibility/method.h"
 
 namespace gpvc::compare {
 namespace {
 
 constexpr std::size_t kMostViews = 16, kMostVertices = 100000;
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -49,8 +44,8 @@ BiasScale::BiasScale(const Mesh& mesh, const Scene& scene, std::span<const ViewI
     const double far = range.high, near = std::max(range.low, far * 0x1p-14);
     if (far > near) factors.push_back(far * near / (far - near));
   }
-  if (!depths.empty()) depth_ = median(depths);
-  if (!factors.empty()) spc_factor_ = median(factors);
+  if (!depths.empty()) depth_ = upper_median(std::span(depths));
+  if (!factors.empty()) spc_factor_ = upper_median(std::span(factors));
 }
 
 double BiasScale::per_share(const std::string& family) const {

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/results/observer.h"
+#include "io/order_statistics.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -109,9 +110,7 @@ template <class Value>
 double median_of(const std::vector<PhotoQuality>& photos, Value value) {
   std::vector<double> values;
   for (const PhotoQuality& photo : photos) values.push_back(photo.*value);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return upper_median(std::span(values));
 }
 
 }  // namespace

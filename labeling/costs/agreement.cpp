@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "labeling/costs/order_statistics.h"
+#include "io/order_statistics.h"
 
 namespace gpvc::labeling {
 namespace {

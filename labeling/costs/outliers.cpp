@@ -11,7 +11,7 @@
 #include <functional>
 #include <utility>
 
-#include "labeling/costs/order_statistics.h"
+#include "io/order_statistics.h"
 #include "labeling/costs/photo_consistency.h"
 
 namespace gpvc::labeling {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "labeling/costs/order_statistics.h"
+#include "io/order_statistics.h"
 
 namespace gpvc::labeling {
 namespace {

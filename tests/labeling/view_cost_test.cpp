@@ -7,7 +7,7 @@
 #include <random>
 #include <span>
 
-#include "labeling/costs/order_statistics.h"
+#include "io/order_statistics.h"
 #include "labeling/costs/photo_consistency.h"
 #include "labeling/labeling.h"
 #include "tests/labeling/view_scene.h"

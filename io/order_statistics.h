@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace gpvc::labeling {
+namespace gpvc {
 
 /// Lists up to this length are sorted by comparing all pairs, whose results need no branches: those of a faster sort
 /// cannot be predicted and cost more than the comparisons.
@@ -39,4 +39,4 @@ Value upper_median(std::span<Value> values) {
   return values[middle];
 }
 
-}  // namespace gpvc::labeling
+}  // namespace gpvc
