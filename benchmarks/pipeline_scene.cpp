@@ -196,8 +196,7 @@ std::size_t complete_scene(const SceneSize& size, const fs::path& folder) {
   const synth::SynthScene city = synth::make_city(options);
   Scene scene;
   scene.views = synth::synth_flight(options.flight);
-  std::vector<ViewId> all;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) all.push_back(ViewId{v});
+  const std::vector<ViewId> all = all_views(scene);
   io::write_scene(io::SceneTarget::colmap, scene, all, io::photo_places(io::SceneTarget::colmap, scene, all), folder);
   synth::write_synth_mesh(folder / "mesh.ply", city.mesh, {});
   take_photos(city, scene.views, folder / "images");

@@ -101,8 +101,7 @@ void add_sightings(const fs::path& file, const Scene& right, const std::vector<i
 
 void write_model(const fs::path& folder, const Scene& scene, const std::vector<io::TiePoint>& points) {
   fs::create_directories(folder / "sparse");
-  std::vector<ViewId> all;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) all.push_back(ViewId{v});
+  const std::vector<ViewId> all = all_views(scene);
   const auto places = io::photo_places(io::SceneTarget::colmap, scene, all);
   io::write_scene(io::SceneTarget::colmap, scene, all, places, folder);
   write_points(folder / "sparse" / "points3D.bin", points);

@@ -215,6 +215,12 @@ struct Scene {
   std::vector<HashedPhoto> circle_photos{};    ///< that Distortion::max_angle of wide fisheyes was found in
 };
 
+inline std::vector<ViewId> all_views(const Scene& scene) {
+  std::vector<ViewId> views;
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.push_back(ViewId{v});
+  return views;
+}
+
 /// +, - and x alone, in this order, so that a shader can repeat it bit for bit.
 inline CameraPoint camera_from_world(const Pose& pose, const WorldPoint& p) {
   const double dx = p.x - pose.centre.x, dy = p.y - pose.centre.y, dz = p.z - pose.centre.z;

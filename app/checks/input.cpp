@@ -10,12 +10,6 @@
 
 namespace gpvc::checks {
 
-std::vector<ViewId> all_views(const Scene& scene) {
-  std::vector<ViewId> views;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.push_back(ViewId{v});
-  return views;
-}
-
 void validate(const Input& input) { gpvc::validate(input.scene, input.mesh, input.views); }
 
 void check_input(const Input& input, results::Observer& observer) {

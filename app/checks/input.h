@@ -11,6 +11,8 @@
 
 namespace gpvc::checks {
 
+using gpvc::all_views;
+
 /// The mesh to texture and the views to texture it from. Borrows everything. \pre mesh and cameras are in the same coordinates,
 /// see prepare()
 struct Input {
@@ -19,9 +21,6 @@ struct Input {
   std::span<const ViewId> views;               ///< to texture from, ascending
   std::filesystem::path mesh_file = {"mesh"};  ///< named in errors and warnings
 };
-
-/// All views of a scene.
-std::vector<ViewId> all_views(const Scene& scene);
 
 /// Throws InputError for an input that no reader gives: see gpvc::validate(). O(n).
 void validate(const Input& input);

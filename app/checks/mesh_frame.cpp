@@ -118,9 +118,7 @@ void turn_z_up(std::vector<WorldPoint>& positions) {
 constexpr double kLeastFramed = 0.9;
 
 bool is_framed(const Scene& scene, const Mesh& mesh) {
-  std::vector<ViewId> all;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) all.push_back(ViewId{v});
-  return framed_share(mesh, scene, all) >= kLeastFramed;
+  return framed_share(mesh, scene, all_views(scene)) >= kLeastFramed;
 }
 
 // The one of `frames` of most agreement; null where the mesh fits in none, or in none clearly better than in the scene's

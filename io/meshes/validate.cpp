@@ -116,10 +116,6 @@ void validate(const Scene& scene, const Mesh& mesh, std::span<const ViewId> view
   }
 }
 
-void validate(const Scene& scene, const Mesh& mesh) {
-  std::vector<ViewId> all;
-  for (std::uint32_t v = 0; v < scene.views.size(); ++v) all.push_back(ViewId{v});
-  validate(scene, mesh, all);
-}
+void validate(const Scene& scene, const Mesh& mesh) { validate(scene, mesh, all_views(scene)); }
 
 }  // namespace gpvc

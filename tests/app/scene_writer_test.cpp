@@ -46,12 +46,6 @@ Scene scene_of(const std::vector<Camera>& cameras) {
   return scene;
 }
 
-std::vector<ViewId> all_views(const Scene& scene) {
-  std::vector<ViewId> used;
-  for (std::uint32_t i = 0; i < scene.views.size(); ++i) used.push_back(ViewId{i});
-  return used;
-}
-
 /// Written with blank photos, and read.
 Scene written_and_read(io::SceneTarget target, const Scene& scene, const TemporaryFolder& folder) {
   const std::vector<ViewId> used = all_views(scene);
