@@ -67,6 +67,11 @@ inline bool has_view(const AtlasInput& input, std::size_t face) {
   return input.labels[face] != kNoView && input.tags[face] != labeling::FaceTag::unseen;
 }
 
+/// Which of the face's corners the vertex is. \pre one of them is
+inline std::size_t corner_of(const Triangle& face, std::uint32_t vertex) {
+  return face[0] == vertex ? 0u : face[1] == vertex ? 1u : 2u;
+}
+
 /// The faces that share an edge with each face.
 using FaceNeighbours = Grouped<std::uint32_t>;
 

@@ -1,5 +1,7 @@
 #include "atlas/leveling/finished_texture.h"
 
+#include "atlas/charts/charts.h"
+
 namespace gpvc::atlas {
 
 const Image& finished_page(const AtlasInput& input, std::size_t face) {
@@ -7,10 +9,8 @@ const Image& finished_page(const AtlasInput& input, std::size_t face) {
 }
 
 TexelPoint finished_place(const AtlasInput& input, std::size_t face, std::uint32_t vertex) {
-  const Triangle& corners = input.mesh.faces[face];
   const Image& page = finished_page(input, face);
-  std::size_t corner = 0;
-  while (corner < 2 && corners[corner] != vertex) ++corner;
+  const std::size_t corner = corner_of(input.mesh.faces[face], vertex);
   const io::TexCoord& at = input.finished->model.texcoords[input.finished->model.face_texcoords[face][corner]];
   return {static_cast<double>(at.u) * page.width, static_cast<double>(at.v) * page.height};
 }

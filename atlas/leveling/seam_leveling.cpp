@@ -81,8 +81,7 @@ class Leveler {
       const Chart& chart = set_.charts[set_.face_chart[face]];
       std::array<TexelPoint, 2> ends{};
       for (std::size_t end = 0; end < 2; ++end)
-        for (std::size_t c = 0; c < 3; ++c)
-          if (input_.mesh.faces[face][c] == edge.vertices[end]) ends[end] = set_.corners[face][c];
+        ends[end] = set_.corners[face][corner_of(input_.mesh.faces[face], edge.vertices[end])];
       for (std::uint32_t k = 0; k < edge.samples; ++k) {
         const std::size_t i = edge.first_sample + k;
         if (!(seams_.weight[i] > 0)) continue;

@@ -119,9 +119,7 @@ struct Link {
 void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCorrection& correction,
                std::vector<Link>& links, Offsets& right) {
   const auto node_of = [&](std::uint32_t face, std::uint32_t vertex) {
-    for (std::size_t i = 0; i < 3; ++i)
-      if (input.mesh.faces[face][i] == vertex) return correction.nodes[face][i];
-    return correction.nodes[face][0];
+    return correction.nodes[face][corner_of(input.mesh.faces[face], vertex)];
   };
   for (const SeamEdge& edge : seams.edges) {
     for (std::size_t end = 0; end < 2; ++end) {

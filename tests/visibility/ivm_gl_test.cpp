@@ -22,9 +22,9 @@ class IvmGl : public testing::Test {
     device_ = std::make_unique<GraphicsDevice>();
   }
   std::vector<FaceId> draw(const Mesh& mesh, const View& view, int largest_tile = 0) {
-    IvmRenderer renderer(mesh, largest_tile);
+    IvmRenderer renderer(mesh, {.largest_tile = largest_tile});
     std::vector<FaceId> faces;
-    renderer.render(view.camera, view.pose, faces);
+    renderer.render(view.camera, view.pose, {&faces});
     return faces;
   }
   /// Rows of face numbers, '.' for none.

@@ -236,10 +236,10 @@ TEST_F(ExactGl, TilesAndMasksChangeNothing) {
     project_vertices(mesh, view.camera, view.pose, projected);
     std::vector<ViewVisibility> found;  // without and with mask, for every size of tiles
     for (const int tile : {0, 128, 37, 16}) {
-      IvmRenderer renderer(mesh, tile);
+      IvmRenderer renderer(mesh, {.largest_tile = tile});
       EXPECT_EQ(renderer.tiles(view.camera) > 1, tile > 0);
       std::vector<FaceId> drawn;
-      renderer.render(view.camera, view.pose, drawn);
+      renderer.render(view.camera, view.pose, {&drawn});
       const ClassifyOptions options;
       GpuLimits limits = gpu_limits();
       limits.texture_side = 64;

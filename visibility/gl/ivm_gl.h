@@ -46,8 +46,6 @@ class IvmRenderer {
   };
   /// Uploads the mesh, which is borrowed. Throws GpuError.
   IvmRenderer(const Mesh& mesh, const Options& options);
-  explicit IvmRenderer(const Mesh& mesh, int largest_tile = 0)
-      : IvmRenderer(mesh, Options{.largest_tile = largest_tile}) {}
 
   /// The first view includes the upload of the mesh.
   struct Times {
@@ -60,9 +58,6 @@ class IvmRenderer {
   };
   /// Draws every face, front and back, in order; at equal depths the lower face index wins. Ignores distortion.
   Times render(const Camera& camera, const Pose& pose, const Output& output);
-  Times render(const Camera& camera, const Pose& pose, std::vector<FaceId>& faces) {
-    return render(camera, pose, Output{&faces, nullptr});
-  }
 
   /// The depth mapping of the last view drawn.
   const DepthMapping& mapping() const { return mapping_; }
