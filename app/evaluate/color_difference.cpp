@@ -14,15 +14,10 @@ constexpr double kPi = std::numbers::pi;
 constexpr int kSteps = 16;
 using LightTable = std::array<double, 255 * kSteps + 2>;
 
-double exact_light(double level) {
-  const double v = level / 255;
-  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
-
 double light(float level) {
   static const LightTable kTable = [] {
     LightTable table;
-    for (std::size_t i = 0; i < table.size(); ++i) table[i] = exact_light(static_cast<double>(i) / kSteps);
+    for (std::size_t i = 0; i < table.size(); ++i) table[i] = light_of_level(static_cast<double>(i) / kSteps);
     return table;
   }();
   const double at = std::clamp(static_cast<double>(level), 0.0, 255.0) * kSteps;
@@ -47,6 +42,11 @@ double hue(double a, double b) {
 }
 
 }  // namespace
+
+double light_of_level(double level) {
+  const double v = level / 255;
+  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
 
 LabColor lab_from_srgb(const std::array<float, 3>& rgb) {
   const double r = light(rgb[0]), g = light(rgb[1]), b = light(rgb[2]);

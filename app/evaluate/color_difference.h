@@ -5,6 +5,9 @@
 
 namespace gpvc::evaluate {
 
+/// The light of a level of sRGB (IEC 61966-2-1) in [0, 255], which need not be whole; 1 is that of 255.
+double light_of_level(double level);
+
 /// CIE L*a*b* for the white point D65. L is in [0, 100].
 struct LabColor {
   double l = 0, a = 0, b = 0;

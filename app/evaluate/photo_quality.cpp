@@ -8,6 +8,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "app/evaluate/color_difference.h"
 #include "app/results/observer.h"
 #include "io/order_statistics.h"
 
@@ -99,10 +100,7 @@ Edges edges_of(const Image& photo) {
 
 std::array<double, 256> linear_levels() {
   std::array<double, 256> linear{};
-  for (std::size_t i = 0; i < linear.size(); ++i) {
-    const double v = static_cast<double>(i) / 255;
-    linear[i] = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-  }
+  for (std::size_t i = 0; i < linear.size(); ++i) linear[i] = light_of_level(static_cast<double>(i));
   return linear;
 }
 

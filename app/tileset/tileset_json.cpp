@@ -1,10 +1,10 @@
 #include "app/tileset/tileset_json.h"
 
-#include <fmt/format.h>
+#include <fmt/chrono.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -52,11 +52,7 @@ class Writer {
   std::vector<std::vector<TileBox>> boxes_;  ///< with those of the children
 };
 
-std::string today() {
-  const std::chrono::year_month_day day(std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
-  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(day.year()), static_cast<unsigned>(day.month()),
-                     static_cast<unsigned>(day.day()));
-}
+std::string today() { return fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr))); }
 
 Json asset_of(const io::ModelOptions& options, const std::optional<Place>& place) {
   const WorldPoint origin = options.offset + options.srs_offset;

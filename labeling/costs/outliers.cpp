@@ -251,10 +251,6 @@ class Averager {
   std::vector<std::uint16_t> here_, before_;   ///< by record
 };
 
-}  // namespace
-
-namespace {
-
 std::size_t view_count(const RecordsByView& by_view) {
   return by_view.empty() ? 0 : std::size_t{by_view.rbegin()->first} + 1;
 }
