@@ -14,7 +14,9 @@
 #include "io/error.h"
 #include "io/files/frees.h"
 #include "io/files/text_scan.h"
+#include "io/finite.h"
 #include "io/number_text.h"
+#include "io/scene_members.h"
 
 namespace gpvc::io {
 namespace {
@@ -178,10 +180,7 @@ void transform_points(const std::string& from, const std::string& to, std::span<
   const std::vector<WorldPoint> before(points.begin(), points.end());
   proj_trans_generic(way.get(), PJ_FWD, &points[0].x, kStep, points.size(), &points[0].y, kStep, points.size(),
                      &points[0].z, kStep, points.size(), nullptr, 0, 0);
-  const auto finite = [](const WorldPoint& p) {
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-  };
-  const auto bad = std::find_if_not(points.begin(), points.end(), finite);
+  const auto bad = std::find_if_not(points.begin(), points.end(), is_finite<WorldPoint>);
   if (bad == points.end()) return;
   const WorldPoint& p = before[static_cast<std::size_t>(bad - points.begin())];
   throw Error("the point (" + shortest_text(p.x) + ", " + shortest_text(p.y) + ", " + shortest_text(p.z) +

@@ -5,7 +5,9 @@
 #include <numbers>
 
 #include "io/files/text_scan.h"
+#include "io/finite.h"
 #include "io/lens_terms.h"
+#include "io/scene_members.h"
 #include "io/scenes/scene_file.h"
 
 namespace gpvc::io {
@@ -228,17 +230,14 @@ std::optional<Matrix3> rotation_near(const Matrix3& m) {
 }
 
 Pose finish_pose(const fs::path& file, const std::string& place, const Matrix3& rotation, const WorldPoint& centre) {
-  for (const double r : rotation)
-    if (!std::isfinite(r)) throw InputError(file, place, "the rotation is not finite");
-  if (!std::isfinite(centre.x) || !std::isfinite(centre.y) || !std::isfinite(centre.z))
-    throw InputError(file, place, "the camera centre is not finite");
+  if (!is_finite(rotation)) throw InputError(file, place, "the rotation is not finite");
+  if (!is_finite(centre)) throw InputError(file, place, "the camera centre is not finite");
   return {rotation, centre};
 }
 
 Pose finish_pose_from_translation(const fs::path& file, const std::string& place, const Matrix3& rotation,
                                   const WorldPoint& t) {
-  if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z))
-    throw InputError(file, place, "the translation is not finite");
+  if (!is_finite(t)) throw InputError(file, place, "the translation is not finite");
   const WorldPoint c = product(transposed(rotation), t);
   return finish_pose(file, place, rotation, {-c.x, -c.y, -c.z});
 }
