@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "benchmarks/wrong_scenes.h"
+#include "io/box.h"
 #include "io/vector.h"
 
 namespace gpvc {
@@ -72,28 +73,15 @@ Mistake of_lens(const char* name, void (*spoil)(Camera&)) {
 
 // --- mistakes of meshes
 
-struct Box {
-  WorldPoint low, high;
-  WorldPoint middle() const { return 0.5 * (low + high); }
-  double extent() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
-};
-
-Box box_of(const Mesh& mesh) {
-  Box box{mesh.positions[0], mesh.positions[0]};
-  for (const WorldPoint& p : mesh.positions) {
-    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
-    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
-  }
-  return box;
-}
-
 /// `move` takes a position less the box's middle to what the mesh has instead.
 Mistake about_middle(const char* name, WorldPoint (*move)(const WorldPoint& p, double extent),
                      bool turns_faces = false) {
   return {name,
           [=](Input& in) {
             const Box box = box_of(in.mesh);
-            for (WorldPoint& p : in.mesh.positions) p = box.middle() + move(p - box.middle(), box.extent());
+            const WorldPoint middle = 0.5 * (box.low + box.high);
+            const double extent = extent_of(in.mesh);
+            for (WorldPoint& p : in.mesh.positions) p = middle + move(p - middle, extent);
             if (turns_faces)
               for (Triangle& t : in.mesh.faces) std::swap(t[1], t[2]);
           },
@@ -117,7 +105,7 @@ WorldPoint turned_about_x(const WorldPoint& p, double degrees) {
 Mistake moved(const char* name, double x, double z) {
   return {name,
           [=](Input& in) {
-            const double extent = box_of(in.mesh).extent();
+            const double extent = extent_of(in.mesh);
             for (WorldPoint& p : in.mesh.positions) p = p + WorldPoint{x * extent, 0, z * extent};
           },
           true};
@@ -137,7 +125,10 @@ Mistake of_one_camera_of_two(const char* name, void (*spoil)(Camera&)) {
 
 }  // namespace
 
-double extent_of(const Mesh& mesh) { return box_of(mesh).extent(); }
+double extent_of(const Mesh& mesh) {
+  const auto [low, high] = box_of(mesh);
+  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+}
 
 std::vector<Mistake> mistakes_of_views() {
   return {
@@ -156,7 +147,7 @@ std::vector<Mistake> mistakes_of_views() {
       of_lens("focal length a fifth too long", [](Camera& c) { c.fx *= 1.2, c.fy *= 1.2; }),
       of_lens("focal length of photos twice as large", [](Camera& c) { c.fx *= 2, c.fy *= 2; }),
       {"one pose 2 % of the mesh's size to the side",
-       [](Input& in) { in.scene.views[in.scene.views.size() / 2].pose.centre.x += 0.02 * box_of(in.mesh).extent(); }},
+       [](Input& in) { in.scene.views[in.scene.views.size() / 2].pose.centre.x += 0.02 * extent_of(in.mesh); }},
       of_views("cameras' y and z axes turned round",
                [](View& view) {
                  for (std::size_t i = 3; i < 9; ++i) view.pose.rotation[i] = -view.pose.rotation[i];

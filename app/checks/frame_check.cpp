@@ -73,12 +73,6 @@ double reached_share(const Camera& camera) {
 
 }  // namespace
 
-Box box_of(const Mesh& mesh) {
-  Box box;
-  for (const WorldPoint& p : mesh.positions) box.add(p);
-  return box;
-}
-
 Box box_of(const Scene& scene) {
   Box box;
   for (const View& view : scene.views) box.add(view.pose.centre);

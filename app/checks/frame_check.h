@@ -12,7 +12,7 @@
 
 namespace gpvc::checks {
 
-Box box_of(const Mesh& mesh);
+using gpvc::box_of;
 /// The bounding box of the camera centres.
 Box box_of(const Scene& scene);
 /// "x LOW .. HIGH, y LOW .. HIGH, z LOW .. HIGH".

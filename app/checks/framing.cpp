@@ -16,11 +16,6 @@ std::array<bool, 5> inside(const View& view, const WorldPoint& p) {
 
 }  // namespace
 
-void Box::add(const WorldPoint& p) {
-  low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-  high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-}
-
 std::array<WorldPoint, 8> corners(const Box& b) {
   std::array<WorldPoint, 8> out;
   for (std::size_t i = 0; i < 8; ++i)
@@ -40,13 +35,6 @@ bool hull_may_be_framed(const View& view, std::span<const WorldPoint> points) {
 bool may_be_framed(const View& view, const Mesh& mesh, const Triangle& face) {
   return hull_may_be_framed(
       view, std::array<WorldPoint, 3>{mesh.positions[face[0]], mesh.positions[face[1]], mesh.positions[face[2]]});
-}
-
-Box box_of_faces(const Mesh& mesh, std::size_t begin, std::size_t end) {
-  Box box;
-  for (std::size_t f = begin; f != end; ++f)
-    for (const std::uint32_t v : mesh.faces[f]) box.add(mesh.positions[v]);
-  return box;
 }
 
 Mesh some_faces(const Mesh& mesh, std::size_t most, const View* view) {

@@ -7,15 +7,12 @@
 #include <span>
 #include <vector>
 
+#include "../../io/box.h"
 #include "../../io/scene.h"
 
 namespace gpvc::checks {
 
-/// An axis-aligned bounding box; empty until a point is added.
-struct Box {
-  WorldPoint low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  void add(const WorldPoint& p);
-};
+using gpvc::Box;
 
 std::array<WorldPoint, 8> corners(const Box& box);
 
@@ -46,8 +43,5 @@ class FaceRuns {
 /// At most so many of the faces all over a mesh, each with vertices of its own; with a view, of those that it may frame.
 /// O(faces).
 Mesh some_faces(const Mesh& mesh, std::size_t most, const View* view = nullptr);
-
-/// The bounding box of the faces from begin to end.
-Box box_of_faces(const Mesh& mesh, std::size_t begin, std::size_t end);
 
 }  // namespace gpvc::checks

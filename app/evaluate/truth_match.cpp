@@ -5,6 +5,7 @@
 
 #include "app/evaluate/truth.h"
 #include "app/synth/synth_scene.h"
+#include "io/box.h"
 #include "io/vector.h"
 
 namespace gpvc::evaluate {
@@ -20,12 +21,8 @@ double tolerance_of(const Mesh& mesh, const Mesh& model) {
   double largest = 0;
   for (const WorldPoint& p : model.positions)
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  WorldPoint lo = mesh.positions.empty() ? WorldPoint{} : mesh.positions.front(), hi = lo;
-  for (const WorldPoint& p : mesh.positions) {
-    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
-    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
-  }
-  const double extent = distance(lo, hi);
+  const auto [low, high] = box_of(mesh);
+  const double extent = mesh.positions.empty() ? 0 : distance(low, high);
   return std::max(std::min(largest * 1e-5, extent / 4096), extent * 1e-12);
 }
 

@@ -6,6 +6,7 @@
 
 #include "app/evaluate/truth_score.h"
 #include "app/results/observer.h"
+#include "io/box.h"
 #include "io/vector.h"
 
 namespace gpvc::evaluate {
@@ -45,17 +46,13 @@ std::vector<FacePoint> sample_faces(const Mesh& mesh) {
 
 /// The true mesh relative to an origin near its middle, for rays in floats.
 synth::SynthScene traced_scene(const Mesh& mesh, WorldPoint& origin) {
-  WorldPoint lo = mesh.positions.front(), hi = lo;
-  for (const WorldPoint& p : mesh.positions) {
-    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
-    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
-  }
+  const auto [low, high] = box_of(mesh);
   // Whole metres, and none for coordinates of less than 100 m: subtracting them rounds nothing.
   const auto middle = [](double a, double b) {
     const double m = (a + b) / 2;
     return std::abs(m) < 100 ? 0.0 : std::floor(m);
   };
-  origin = {middle(lo.x, hi.x), middle(lo.y, hi.y), middle(lo.z, hi.z)};
+  origin = {middle(low.x, high.x), middle(low.y, high.y), middle(low.z, high.z)};
   synth::SynthScene scene;
   scene.mesh.faces = mesh.faces;
   scene.mesh.positions.reserve(mesh.positions.size());

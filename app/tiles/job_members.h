@@ -13,9 +13,9 @@ namespace gpvc::io {
 GPVC_MEMBERS(TiePoint, position, a, b)
 }  // namespace gpvc::io
 
-namespace gpvc::checks {
+namespace gpvc {
 GPVC_MEMBERS(Box, low, high)
-}  // namespace gpvc::checks
+}  // namespace gpvc
 
 namespace gpvc::tiles {
 GPVC_MEMBERS(JobSettings, texture, tiles, views_per_unit, levels)

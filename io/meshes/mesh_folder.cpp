@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 #include <exception>
-#include <limits>
 
+#include "io/box.h"
 #include "io/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
@@ -34,30 +34,11 @@ WorldPoint origin_from(const XmlFile& xml, const pugi::xml_node& root) {
   return {values[0], values[1], values[2]};
 }
 
-/// The box around a mesh's faces.
-struct Extent {
-  static constexpr double kFar = std::numeric_limits<double>::infinity();
-  WorldPoint low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
-};
-
-constexpr double WorldPoint::*kAxes[] = {&WorldPoint::x, &WorldPoint::y, &WorldPoint::z};
-
-Extent extent_of(const Mesh& mesh) {
-  Extent extent;
-  for (const Triangle& face : mesh.faces)
-    for (const std::uint32_t v : face)
-      for (const auto axis : kAxes) {
-        const double at = mesh.positions[v].*axis;
-        extent.low.*axis = std::min(extent.low.*axis, at);
-        extent.high.*axis = std::max(extent.high.*axis, at);
-      }
-  return extent;
-}
-
 /// Versions of a mesh end where its photos do, up to some faces at the rim and strays below it. Tiles beside or above each
 /// other share a rim alone, on one axis at least.
-bool fill_same_place(const Extent& a, const Extent& b) {
+bool fill_same_place(const Box& a, const Box& b) {
   constexpr double kShare = 0.8;
+  constexpr double WorldPoint::*kAxes[] = {&WorldPoint::x, &WorldPoint::y, &WorldPoint::z};
   return std::ranges::all_of(kAxes, [&](const auto axis) {
     const double shared = std::min(a.high.*axis, b.high.*axis) - std::max(a.low.*axis, b.low.*axis),
                  all = std::max(a.high.*axis, b.high.*axis) - std::min(a.low.*axis, b.low.*axis);
@@ -67,11 +48,12 @@ bool fill_same_place(const Extent& a, const Extent& b) {
 
 void refuse_versions(std::span<const fs::path> files, std::span<const Mesh> meshes) {
   if (files.size() < 2) return;
-  std::vector<Extent> extents(meshes.size());
-  tbb::parallel_for(std::size_t{0}, meshes.size(), [&](std::size_t m) { extents[m] = extent_of(meshes[m]); });
+  std::vector<Box> boxes(meshes.size());
+  tbb::parallel_for(std::size_t{0}, meshes.size(),
+                    [&](std::size_t m) { boxes[m] = box_of_faces(meshes[m], 0, meshes[m].faces.size()); });
   for (std::size_t m = 1; m < files.size(); ++m)
     for (std::size_t other = 0; other < m; ++other)
-      if (fill_same_place(extents[other], extents[m]))
+      if (fill_same_place(boxes[other], boxes[m]))
         throw InputError(files[m], "",
                          "fills the same place as " + files[other].string() +
                              ", as another version of the same mesh does; name the one that is meant");

@@ -384,7 +384,7 @@ TEST(DepthMapping, SymmetricPlanesHoldTheWholeBoxInFloats) {
   };
   for (int repeat = 0; repeat < 2000; ++repeat) {
     const double size = std::exp(uniform(-7, 7)), distance = size * uniform(2, 1000);
-    const MeshBox box{{-size * uniform(0, 1), -size, -size * uniform(0, 1)}, {size, size * uniform(0, 1), size}};
+    const Box box{{-size * uniform(0, 1), -size, -size * uniform(0, 1)}, {size, size * uniform(0, 1), size}};
     Pose pose;
     pose.rotation = scenes::rotation(uniform(-3, 3), uniform(-3, 3), uniform(-3, 3));
     const auto& r = pose.rotation;
@@ -405,7 +405,7 @@ TEST(DepthMapping, SymmetricPlanesHoldTheWholeBoxInFloats) {
 }
 
 TEST(DepthMapping, SymmetricDepthRunsFromTheNearestCornerToTheFarthest) {
-  const MeshBox box{{-1, -1, 10}, {1, 1, 20}};
+  const Box box{{-1, -1, 10}, {1, 1, 20}};
   const WindowDepth window = depth_mapping(Projection::spc, 0, box, Pose{}).window;
   EXPECT_NEAR(window.at_infinity + window.per_inverse_z / 10, 0, 1e-5);
   EXPECT_NEAR(window.at_infinity + window.per_inverse_z / 20, 1, 1e-5);

@@ -76,7 +76,7 @@ struct RayMesh::Scene {
 
 RayMesh::RayMesh(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
   const auto start = Clock::now();
-  const MeshBox box = box_around(mesh);
+  const Box box = box_around(mesh);
   origin_ = {0.5 * (box.low.x + box.high.x), 0.5 * (box.low.y + box.high.y), 0.5 * (box.low.z + box.high.z)};
   scene_->device = rtcNewDevice(nullptr);
   scene_->check();

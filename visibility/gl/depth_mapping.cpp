@@ -12,7 +12,7 @@ struct Range {
   double low = 0, high = 0;
 };
 
-Range depths_of(const MeshBox& box, const Pose& pose) {
+Range depths_of(const Box& box, const Pose& pose) {
   const auto& r = pose.rotation;
   const auto along = [](double axis, double low, double high) {
     return Range{std::min(axis * low, axis * high), std::max(axis * low, axis * high)};
@@ -25,17 +25,9 @@ Range depths_of(const MeshBox& box, const Pose& pose) {
 
 }  // namespace
 
-MeshBox box_around(const Mesh& mesh) {
-  if (mesh.positions.empty()) return {};
-  MeshBox box{mesh.positions.front(), mesh.positions.front()};
-  for (const WorldPoint& p : mesh.positions) {
-    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
-    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
-  }
-  return box;
-}
+Box box_around(const Mesh& mesh) { return mesh.positions.empty() ? Box{{}, {}} : box_of(mesh); }
 
-DepthMapping depth_mapping(Projection projection, double near, const MeshBox& box, const Pose& pose) {
+DepthMapping depth_mapping(Projection projection, double near, const Box& box, const Pose& pose) {
   if (projection == Projection::apc) return {projection, {0, near}};
   const Range depths = depths_of(box, pose);
   if (!(depths.high > 0)) return {projection, {2, -2}};  // nothing lies in front of the camera: planes at 1 and 2

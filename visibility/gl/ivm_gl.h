@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "io/box.h"
 #include "visibility/gl/gl_objects.h"
 #include "visibility/method.h"
 #include "visibility/raster/raster.h"
@@ -23,14 +24,11 @@ struct DepthMapping {
   WindowDepth window;
 };
 
-/// The bounding box of a mesh.
-struct MeshBox {
-  WorldPoint low, high;
-};
-MeshBox box_around(const Mesh& mesh);
+/// The bounding box of a mesh; without vertices, the origin.
+Box box_around(const Mesh& mesh);
 
 /// `near`: N of formula 5, for apc.
-DepthMapping depth_mapping(Projection projection, double near, const MeshBox& box, const Pose& pose);
+DepthMapping depth_mapping(Projection projection, double near, const Box& box, const Pose& pose);
 
 /// Holds a mesh and a render target on the current device. All calls on the device's thread.
 class IvmRenderer {
@@ -81,7 +79,7 @@ class IvmRenderer {
 
   const Mesh& mesh_;
   Options options_;
-  MeshBox box_;
+  Box box_;
   DepthMapping mapping_;
   int tile_width_ = 0, tile_height_ = 0;
   double pending_upload_s_ = 0;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "io/box.h"
 #include "io/vector.h"
 #include "visibility/classify/face_scan.h"
 
@@ -36,14 +36,7 @@ FaceHulls::FaceHulls(const Mesh& mesh) {
   const std::size_t faces = mesh.faces.size();
   boxes_.resize((faces + kFacesPerRectangle - 1) / kFacesPerRectangle);
   tbb::parallel_for(std::size_t{0}, boxes_.size(), [&](std::size_t n) {
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    WorldPoint low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
-    for (std::size_t f = n * kFacesPerRectangle; f < std::min((n + 1) * kFacesPerRectangle, faces); ++f)
-      for (const std::uint32_t vertex : mesh.faces[f]) {
-        const WorldPoint& p = mesh.positions[vertex];
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-      }
+    const auto [low, high] = box_of_faces(mesh, n * kFacesPerRectangle, std::min((n + 1) * kFacesPerRectangle, faces));
     boxes_[n] = {0.5 * (low + high), 0.5 * (high - low)};
   });
 }
