@@ -215,6 +215,7 @@ struct Scene {
   std::vector<HashedPhoto> circle_photos{};    ///< that Distortion::max_angle of wide fisheyes was found in
 };
 
+/// Of the whole scene, in its order.
 inline std::vector<ViewId> all_views(const Scene& scene) {
   std::vector<ViewId> views;
   for (std::uint32_t v = 0; v < scene.views.size(); ++v) views.push_back(ViewId{v});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -72,9 +73,9 @@ void UnitRunner::note_output(const fs::path& file) { done_->outputs.push_back(ou
 UnitResult UnitRunner::run(const Unit& unit) {
   using Step = void (UnitRunner::*)(const Unit&, const io::WorkKey&);
   // In the order of Stage.
-  constexpr Step kSteps[] = {
-      &UnitRunner::see,   &UnitRunner::judge, &UnitRunner::cost,     &UnitRunner::choose, &UnitRunner::expose,
-      &UnitRunner::level, &UnitRunner::bake,  &UnitRunner::simplify, &UnitRunner::ring,   &UnitRunner::finish};
+  constexpr Step kSteps[] = {&UnitRunner::see,    &UnitRunner::judge, &UnitRunner::cost, &UnitRunner::choose,
+                             &UnitRunner::expose, &UnitRunner::level, &UnitRunner::bake, &UnitRunner::simplify,
+                             &UnitRunner::ring,   &UnitRunner::finish};
   static_assert(std::size(kSteps) == std::size(kStageNames));
   const io::WorkKey key = key_of(unit);
   folder_.refuse_links(fs::path("units") / unit.name / "done.json");

@@ -39,12 +39,12 @@ TEST(ProfileOfPhotos, IsThatOfThePhotoThatIsTexturedFrom) {
   const Settings settings;
   Observer observer;
   io::PhotoCache photos(scene);
-  const Run run{input, settings, photos, observer};
+  const pipeline::Run run{input, settings, photos, observer};
   photos.photo(views[0]);
   EXPECT_EQ(profile_of_photos(run), profile_filled_with(1));
   io::write_image(file, picture, io::ImageFormat::jpg, 90, profile_filled_with(2));
-  EXPECT_TRUE(test::contains(test::input_error([&] { profile_of_photos(run); }),
-                             "a.jpg: has changed since it was first read"));
+  EXPECT_TRUE(
+      test::contains(test::input_error([&] { profile_of_photos(run); }), "a.jpg: has changed since it was first read"));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace gpvc::visibility {
 namespace {
 
-/// The same for the corners in any order.
+/// The same for the same corners in any order.
 std::uint32_t hash_of(const Mesh& mesh, const Triangle& face) {
   std::uint64_t sum = 0;
   for (const std::uint32_t v : face) sum += position_hash(mesh.positions[v]);
