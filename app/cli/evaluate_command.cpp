@@ -12,6 +12,7 @@
 #include "app/cli/scene_input.h"
 #include "app/evaluate/evaluate.h"
 #include "app/evaluate/truth_score.h"
+#include "app/results/output_folder.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 
@@ -100,6 +101,7 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
   io::SceneOptions reader = options.input.reader_options();
   reader.needed = [&](std::span<const View> views) { return needed_views(options, views); };
   record.begin({"read"});
+  results::OutputFolder::finish_interrupted(std::filesystem::absolute(options.model).parent_path());
   check_places(options.input, "MODEL comes first, then SCENE");
   scene = io::read_scene(options.input.scene, reader);
   if (options.input.skip_bad_photos) std::erase_if(scene.views, [](const View& view) { return view.photo.empty(); });

@@ -19,6 +19,7 @@
 #include "app/evaluate/photo_quality.h"
 #include "app/evaluate/place.h"
 #include "app/pipeline/viewpoint.h"
+#include "app/results/output_folder.h"
 #include "app/tiles/plan_text.h"
 #include "io/images.h"
 #include "io/lens_terms.h"
@@ -256,6 +257,7 @@ void check_picture(const InspectOptions& options, const Scene& scene) {
 
 void print_place(const InspectOptions& options, Console& console) {
   const std::filesystem::path& out = options.input.scene;
+  results::OutputFolder::finish_interrupted(out);
   const evaluate::ShownPlace shown = evaluate::shown_at(out, *options.at);
   const std::vector<std::string> names = listed_views(out / "model.obj");
   if (shown.view != kNoView && index(shown.view) >= names.size())

@@ -97,6 +97,7 @@ void run_texture(const TextureOptions& options, Console& console) {
   refuse_overwriting(options.input, options.out, {"model.obj"});
   note_kept_work(options, options.settings, console);
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+    if (!options.from.empty()) pipeline::OutputFolder::finish_interrupted(options.from);
     const auto [in, settings] =
         read_input(options.input, options.allow, options.settings, options.common.device, record, folder);
     io::PhotoCache photos(in.scene);

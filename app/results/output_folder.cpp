@@ -122,7 +122,9 @@ OutputFolder::OutputFolder(fs::path out, bool force, std::string_view command)
 }
 
 void OutputFolder::finish_interrupted(const fs::path& out) {
-  if (!fs::is_directory(out)) return;
+  std::error_code failed;
+  fs::directory_iterator(out, failed);
+  if (failed) return;  // no folder, or one that cannot be read, as those say who read it
   OutputFolder folder(out, Unmade{});
   try {
     folder.files_ = std::make_unique<FolderFiles>(out);

@@ -142,6 +142,16 @@ std::vector<T> npy(const fs::path& file) {
   return values;
 }
 
+// Leaves OUT as a run does that is killed while it publishes a result, before it moves these files to their names.
+inline void kill_publication(const fs::path& out, const std::vector<std::string>& files) {
+  const fs::path work = out / ".gpvc-unfinished-abcdef";
+  for (const std::string& name : files) {
+    fs::create_directories((work / "new" / name).parent_path());
+    fs::rename(out / name, work / "new" / name);
+  }
+  std::ofstream(work / "publishing.json") << nlohmann::json{{"replaced", nlohmann::json::array()}, {"promised", files}};
+}
+
 inline std::map<std::string, std::string> files_of(const fs::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder))

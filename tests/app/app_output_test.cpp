@@ -41,6 +41,24 @@ TEST_F(App, RefusesToReplaceAResultUnlessForced) {
   EXPECT_EQ(read_file(out_ / "notes.txt"), "mine");
 }
 
+TEST_F(App, CommandsThatReadAResultFinishItWhereItsPublicationWasKilled) {
+  ASSERT_EQ(run(texture(out_, {"--editable"})).exit_code, 0);
+  const auto before = files_of(out_);
+  const auto is_finished_by = [&](const std::vector<std::string>& words) {
+    kill_publication(out_, {"edit-model.bin", "faces.npy", "model.obj", "model_0.jpg", "run.json", "views.json"});
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return files_of(out_) == before;
+  };
+  EXPECT_TRUE(is_finished_by(texture(folder_.path() / "other", {"--from", out_.string()})));
+  EXPECT_TRUE(is_finished_by({"evaluate", (out_ / "model.obj").string(), (scene_ / "colmap").string()}));
+  const std::string vertex = read_file(out_ / "model.obj");
+  const std::size_t at = vertex.find("\nv ") + 3;
+  std::string place = vertex.substr(at, vertex.find('\n', at) - at);
+  std::ranges::replace(place, ' ', ',');
+  EXPECT_TRUE(is_finished_by({"inspect", out_.string(), "--at", place}));
+}
+
 TEST_F(App, RefusesToOverwriteItsOwnMesh) {
   folder_.write("scene/model.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const auto before = files_of(scene_);
@@ -50,7 +68,6 @@ TEST_F(App, RefusesToOverwriteItsOwnMesh) {
   EXPECT_TRUE(files_of(scene_) == before);
 }
 
-// A limit on the size of a file stands in for a full disk: it hits one file or another as it grows.
 TEST_F(App, ForceNeverRemovesWhatTheRunReads) {
   // The whole scene is listed in the run.json that synth left beside it.
   const auto before = files_of(scene_);
@@ -86,6 +103,7 @@ TEST_F(App, RunsOnAfterALogout) {
   EXPECT_TRUE(fs::exists(out_ / "model.glb"));
 }
 
+// A limit on the size of a file stands in for a full disk: it hits one file or another as it grows.
 TEST_F(App, FullDiskAnywhereLeavesNothing) {
   auto visibility = texture(out_);
   visibility[0] = "visibility";

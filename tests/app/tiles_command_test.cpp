@@ -76,21 +76,13 @@ TEST_F(TilesCommand, UnitsOneByOneGiveTheSameAsAllInOneProcess) {
 // gpvc tiles moves a job's files into its folder one after the other, and may be killed between two of them.
 TEST_F(TilesCommand, UnitsFinishAJobWhosePublicationWasKilled) {
   ASSERT_EQ(run(tiles({"--no-levels"})).exit_code, 0);
-  const fs::path work = out_ / ".gpvc-unfinished-abcdef";
-  const auto kill_before = [&](const Json& files) {
-    for (const std::string name : files) {
-      fs::create_directories((work / "new" / name).parent_path());
-      fs::rename(out_ / name, work / "new" / name);
-    }
-    std::ofstream(work / "publishing.json") << Json{{"replaced", Json::array()}, {"promised", files}};
-  };
-  kill_before({"mesh/tile-1", "plan.json", "run.json"});
+  const auto before = files_of(out_);
+  kill_publication(out_, {"mesh/tile-1", "plan.json", "run.json"});
   EXPECT_EQ(run({"plan", out_.string()}).exit_code, 0);
-  EXPECT_TRUE(fs::exists(out_ / "mesh" / "tile-1"));
-  EXPECT_FALSE(fs::exists(work));
-  kill_before({"job.json", "mesh/tile-1", "plan.json", "run.json"});
-  EXPECT_EQ(unit({"--all"}).exit_code, 0);
-  EXPECT_FALSE(fs::exists(work));
+  EXPECT_TRUE(files_of(out_) == before);
+  kill_publication(out_, {"job.json", "mesh/tile-1", "plan.json", "run.json"});
+  EXPECT_EQ(unit({"plan-0"}).exit_code, 2) << "no unit has this name";
+  EXPECT_TRUE(files_of(out_) == before);
 }
 
 TEST_F(TilesCommand, AFinishedJobCanDropWhatUnitsLeft) {
