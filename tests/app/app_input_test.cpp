@@ -22,24 +22,6 @@ TEST_F(App, RefusesAMissingImage) {
   expect_refused("nadir_001.jpg", "");
 }
 
-TEST_F(App, SceneAndMeshInEachOthersPlacesAreNoticedByEveryCommand) {
-  const std::string scene = (scene_ / "colmap").string(), mesh = (scene_ / "mesh.ply").string();
-  for (const char* command : {"texture", "tileset", "tiles", "visibility", "compare"})
-    expect_one_sentence(run({command, mesh, scene, "-o", out_.string()}), mesh,
-                        "is a mesh, expected cameras and photos in its place: SCENE comes first, then MESH");
-  expect_one_sentence(run({"inspect", mesh, scene}), mesh, "SCENE comes first, then MESH");
-  expect_one_sentence(run({"convert", mesh, "-o", out_.string()}), mesh, "SCENE alone is converted");
-  expect_one_sentence(run({"evaluate", scene, mesh}), mesh, "MODEL comes first, then SCENE");
-  EXPECT_FALSE(fs::exists(out_));
-}
-
-TEST_F(App, AMissingMeshIsNamedBeforeAnythingIsRead) {
-  fs::remove_all(scene_ / "images");  // which would be noticed first otherwise
-  auto words = texture(out_);
-  words[2] = (scene_ / "nowhere.ply").string();
-  expect_one_sentence(run(words), "nowhere.ply", "does not exist");
-}
-
 TEST_F(App, TexturesWithoutAnExcludedImageThatIsMissing) {
   fs::remove(scene_ / "images" / "nadir_001.jpg");
   for (const auto& choice : {std::vector<std::string>{"--exclude-views", "nadir_001.jpg"},

@@ -59,50 +59,6 @@ TEST(AppUsage, WrongWordsGiveTwoAndAHint) {
   }
 }
 
-TEST(AppUsage, MistypedWordsAreGuessed) {
-  EXPECT_TRUE(contains(run({"textre", "a"}).err, "no command 'textre'; did you mean 'texture'?"));
-  EXPECT_TRUE(
-      contains(run({"texture", "a", "b", "-o", "c", "--view=x"}).err, "no option '--view=x'; did you mean '--views'?"));
-  EXPECT_TRUE(contains(run({"texture", "a", "b", "x", "-o", "c"}).err, "'x' is one argument too many"));
-  EXPECT_TRUE(contains(run({"synth"}).err, "a command is missing"));
-  // The word that is wrong, rather than what follows it.
-  EXPECT_TRUE(contains(run({"textur", "a", "b", "-o", "c"}).err, "no command 'textur'; did you mean 'texture'?"));
-  EXPECT_TRUE(contains(run({"texure", "--help"}).err, "no command 'texure'; did you mean 'texture'?"));
-  EXPECT_TRUE(contains(run({"synth", "cty", "-o", "c"}).err, "no command 'cty'; did you mean 'city'?"));
-}
-
-TEST(AppUsage, HelpIsACommandToo) {
-  const Outcome outcome = run({"help", "synth", "city"});
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(outcome.out, run({"synth", "city", "--help"}).out);
-  EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
-  EXPECT_EQ(run({"help", "texure"}).exit_code, 2);
-}
-
-TEST(AppUsage, ErrorsAreInOurWords) {
-  const auto complaint = [](std::vector<std::string> words) {
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.exit_code, 2);
-    return outcome.err.substr(0, outcome.err.find('\n'));
-  };
-  EXPECT_EQ(complaint({"texture", "a"}), "gpvc: error: MESH is missing");
-  EXPECT_EQ(complaint({"texture", "a", "b"}), "gpvc: error: --output is missing");
-  EXPECT_EQ(complaint({"texture", "a", "b", "-o"}), "gpvc: error: --output needs a value");
-  EXPECT_EQ(complaint({"texture", "a", "b", "-o", "c", "--padding", "5", "--padding", "6"}),
-            "gpvc: error: --padding is given more than once");
-  EXPECT_EQ(complaint({"texture", "a", "b", "-o", "c", "-q", "-v"}),
-            "gpvc: error: --quiet and --verbose exclude each other");
-  EXPECT_EQ(complaint({"convert", "a", "-o", "c", "--frame", "all"}),
-            "gpvc: error: --frame belongs to --undistort, which is missing");
-}
-
-TEST(AppUsage, AnEarlierNameWorksWithANote) {
-  const Outcome outcome = run({"texture", "/nowhere", "/nowhere.ply", "-o", "/nowhere/out", "--keep-views"});
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(contains(outcome.err, "--keep-views is now --keep-odd-photos and --allow-misfit")) << outcome.err;
-  EXPECT_FALSE(contains(run({"texture", "--help"}).out, "--keep-views"));
-}
-
 TEST_F(App, ListsDevicesWithoutAScene) {
   const Outcome outcome = run({"texture", "--device", "list"});
   EXPECT_EQ(outcome.exit_code, 0);
