@@ -71,11 +71,10 @@ std::vector<std::string> contest_findings(const Json& report) {
     }
     const auto [behind, ties, ahead] = counts;
     if (behind + ties + ahead == 0) continue;
-    findings.push_back(
-        fmt::format("By {}, of {} pairs of a mode and an epsilon {} {} ahead of gpvc, {} tie{} with it, "
-                    "and {} {} behind.",
-                    metric.name, behind + ties + ahead, ahead, ahead == 1 ? "is" : "are", ties, ties == 1 ? "s" : "",
-                    behind, behind == 1 ? "is" : "are"));
+    findings.push_back(fmt::format(
+        "By {}, {} of {} pairs of a mode and its epsilon {} ahead of gpvc, {} tie{} with it, and {} {} behind.",
+        metric.name, ahead, behind + ties + ahead, ahead == 1 ? "is" : "are", ties, ties == 1 ? "s" : "", behind,
+        behind == 1 ? "is" : "are"));
   }
   return findings;
 }

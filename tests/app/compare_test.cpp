@@ -169,7 +169,7 @@ TEST(Findings, CountEpsilonsAndListNone) {
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(
       findings[0],
-      "By classes that agree with the oracle, of 2 pairs of a mode and an epsilon 0 are ahead of gpvc, 0 tie with "
+      "By classes that agree with the oracle, 0 of 2 pairs of a mode and its epsilon are ahead of gpvc, 0 tie with "
       "it, and 2 are behind.");
 }
 
@@ -185,10 +185,10 @@ TEST(Contest, CallsDifferencesWithinChanceATie) {
   ASSERT_EQ(findings.size(), 4u);
   EXPECT_EQ(
       findings[0],
-      "By seen area textured rightly, of 2 pairs of a mode and an epsilon 0 are ahead of gpvc, 1 ties with it, and "
+      "By seen area textured rightly, 0 of 2 pairs of a mode and its epsilon are ahead of gpvc, 1 ties with it, and "
       "1 is behind.");
   EXPECT_EQ(findings[3],
-            "By error of renders, of 2 pairs of a mode and an epsilon 1 is ahead of gpvc, 1 ties with it, and 0 are "
+            "By error of renders, 1 of 2 pairs of a mode and its epsilon is ahead of gpvc, 1 ties with it, and 0 are "
             "behind.");
   const compare::Json table = compare::contest_table(report);
   EXPECT_EQ(table["columns"].size(), 5u);
