@@ -25,13 +25,14 @@ inline constexpr const char* kCheckpointHashes = "hashes.txt";
 /// Below OUT no symbolic link is followed to remove or replace a file.
 class OutputFolder {
  public:
-  /// Creates OUT and its parents. `command`: what makes the result; its results replace each other. Throws OutputError when it cannot be written, when another run has it locked, when it
-  /// holds an earlier result and `force` is false, when a folder of that is a symbolic link, when the run.json there is of
-  /// another `command`, and when a file that `command` will write, as far as that is known beforehand, exists and belongs
-  /// to no earlier result. (file() and publish() check the others.)
+  /// Creates OUT and its parents. `command`: what makes the result; its results replace each other. Throws OutputError when
+  /// it cannot be written, when another run has it locked, when it holds an earlier result and `force` is false, when a
+  /// folder of that is a symbolic link, when the run.json there is of another `command`, and when a file that `command`
+  /// will write, as far as that is known beforehand, exists and belongs to no earlier result. (file() and publish() check
+  /// the others.)
   explicit OutputFolder(std::filesystem::path out, bool force = false, std::string_view command = "library");
-  /// Finishes the result that a killed run was publishing in OUT, if there is one, for those who read it. Throws OutputError
-  /// when that is not possible, and when a run is publishing it now.
+  /// Finishes the result that a killed run was publishing in OUT, if there is one, for those who read it; nothing where OUT
+  /// is no folder that can be listed. Throws OutputError when that is not possible, and when a run is publishing it now.
   static void finish_interrupted(const std::filesystem::path& out);
   /// Removes files that were not published, and the folders made for them.
   ~OutputFolder();
