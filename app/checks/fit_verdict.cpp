@@ -24,6 +24,16 @@ void add(const FitGroups& groups, FitGroups& sums) {
   for (std::size_t i = 0; i < kFitGroups; ++i) add(groups[i], 1, sums[i]);
 }
 
+bool are_counts(const FitGroups& groups) {
+  constexpr double kMost = 4294967296;  // 2^32: points have 32-bit numbers
+  return std::ranges::all_of(groups, [](const SurfaceCounts& c) {
+    return c.on_mesh >= 0 && c.off_mesh >= 0 && c.on_mesh + c.off_mesh == c.found && c.found <= c.places &&
+           c.places <= kMost && std::ranges::all_of(std::array{c.on_mesh, c.off_mesh, c.places}, [](double count) {
+             return count == std::floor(count);
+           });
+  });
+}
+
 MeshFit judge(const FitGroups& groups) {
   // Photos also agree off a right mesh, on what it lacks: trees, cars, dormers. They also agree on parts of a wrong one: a
   // city that is moved sideways, scaled about the ground or mirrored keeps its level ground. So neither end is sharp: a

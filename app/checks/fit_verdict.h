@@ -28,6 +28,9 @@ inline constexpr std::size_t kFitGroups = 16;
 using FitGroups = std::array<SurfaceCounts, kFitGroups>;
 
 void add(const FitGroups& groups, FitGroups& sums);
+/// True if they may be counts of surfaces that chance adds nothing to: whole, as many as there can be points, and those found are
+/// on the mesh or off it.
+bool are_counts(const FitGroups& groups);
 MeshFit judge(const FitGroups& groups);
 
 }  // namespace gpvc::checks

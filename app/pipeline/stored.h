@@ -41,10 +41,11 @@ GPVC_MEMBERS(ViewFit, sees_faces, tie_points, preview)
 namespace gpvc::pipeline {
 GPVC_MEMBERS(PackedCoverage, view, bytes)
 
-/// True if its preview is empty, or of such a photo as checks::small_photo() makes it.
+/// True if it counts tie points, and its preview is empty, or of such a photo as checks::small_photo() makes it.
 inline bool is_sound(const checks::ViewFit& fit, const Camera& camera) {
   const auto& [factor, image] = fit.preview;
   const int wanted = checks::reduction(camera.width, camera.height);
+  if (!checks::are_counts(fit.tie_points)) return false;
   return image.pixels.empty()
              ? image.width == 0 && image.height == 0
              : factor == wanted && image.width == camera.width / wanted && image.height == camera.height / wanted &&

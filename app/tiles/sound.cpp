@@ -209,8 +209,7 @@ bool is_sound(const labeling::PhotoJudgement& photos, const Scene& scene) {
 
 bool is_sound(std::span<const ViewTells> views, const Scene& scene) {
   return std::ranges::all_of(views, [&](const ViewTells& each) {
-    return index(each.view) < scene.views.size() &&
-           pipeline::is_sound(each.fit, scene.views[index(each.view)].camera) && is_finite(each.fit.tie_points);
+    return index(each.view) < scene.views.size() && pipeline::is_sound(each.fit, scene.views[index(each.view)].camera);
   });
 }
 

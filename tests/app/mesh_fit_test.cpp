@@ -64,5 +64,23 @@ TEST(MeshFit, PlacesSpreadOverAllFacesThatTwoViewsSee) {
   EXPECT_TRUE(places_of(0, std::vector<SmallPhoto>(2)).empty()) << "photos that are not looked at";
 }
 
+TEST(FitCounts, AreWholeNumbersOfPointsOnTheMeshOrOffIt) {
+  FitGroups groups{};
+  groups[3] = {7, 5, 4, 1};
+  EXPECT_TRUE(are_counts(groups));
+  for (const SurfaceCounts& wrong : {SurfaceCounts{7, 5, 4, 2},
+                                     {4, 5, 4, 1},
+                                     {7, 5, 6, -1},
+                                     {7, 5, 4.5, 0.5},
+                                     {7.5, 5, 4, 1},
+                                     {1e300, 1e300, 1e300, 0},
+                                     {-1, 0, 0, 0},
+                                     {7, NAN, 4, 1},
+                                     {INFINITY, 5, 4, 1}}) {
+    groups[3] = wrong;
+    EXPECT_FALSE(are_counts(groups)) << wrong.places << ' ' << wrong.found << ' ' << wrong.on_mesh;
+  }
+}
+
 }  // namespace
 }  // namespace gpvc::checks
