@@ -109,11 +109,13 @@ bool is_sound(const io::ModelOptions& model) {
 
 bool is_sound(const TileInfo& tile, std::uint32_t number, std::size_t tiles, std::span<const ViewId> views) {
   constexpr std::size_t kMostFaces = UINT32_MAX;
+  constexpr double kMostEstimated = 1e15;  // of what fills disks; what a plan makes of it are whole numbers of 64 bits
+  const auto is_estimate = [&](double value) { return value >= 0 && value <= kMostEstimated; };
   const auto is_other = [&](std::uint32_t other) { return other < tiles && other != number; };
   return ascends(tile.views) && std::ranges::includes(views, tile.views) && ascends(tile.around) &&
          std::ranges::all_of(tile.around, is_other) && std::ranges::all_of(tile.beside, is_other) &&
          tile.faces <= kMostFaces && tile.all_faces <= kMostFaces && tile.vertices <= kMostFaces &&
-         is_finite(tile.pairs) && tile.pairs >= 0 && is_finite(tile.texels) && tile.texels >= 0 &&
+         is_estimate(tile.pairs) && is_estimate(tile.texels) &&
          (tile.faces == 0 || (is_finite(tile.own_box) && is_finite(tile.box)));
 }
 

@@ -109,6 +109,7 @@ TEST_F(TilesJob, AJobThatNoSceneMakesIsRefusedThoughTheHashIsRight) {
   EXPECT_TRUE(is_refused([](Job& j) { j.tiles_model.offset.x = kNan; }));
   // Views, tiles and groups.
   EXPECT_TRUE(is_refused([](Job& j) { j.tie_points.push_back({{}, ViewId{0}, ViewId{1000}}); }));
+  EXPECT_TRUE(is_refused([](Job& j) { j.levels[0].tiles[0].pairs = 1e300; }));
   EXPECT_TRUE(is_refused([](Job& j) { j.views.push_back(j.views.front()); }));
   EXPECT_TRUE(is_refused([](Job& j) { j.groups[0].push_back(ViewId{1000}); }));
   EXPECT_TRUE(is_refused([](Job& j) { j.groups.push_back(j.groups[0]); }));
