@@ -114,6 +114,7 @@ struct SynthOptions : CommandOptions {
   std::size_t faces = 60000;
   double gap_m = 20;              ///< terrain: between the two layers
   double mesh_noise_m = 0;        ///< each coordinate of the written mesh is off by up to this
+  synth::CameraErrors errors;     ///< of the written cameras
   bool exposure = false;          ///< a gain and vignetting for each photo
   synth::Unmodelled unmodelled;   ///< city: what the mesh lacks
   bool reflections = false;       ///< of window panes

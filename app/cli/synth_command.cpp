@@ -79,6 +79,8 @@ Json options_json(const SynthOptions& o) {
           {"seed", o.flight.seed},
           {"distorted", o.flight.distorted},
           {"mesh_noise_m", o.mesh_noise_m},
+          {"pose_error_px", o.errors.pose_px},
+          {"lens_error_px", o.errors.lens_px},
           {"exposure", o.exposure},
           {"cars", o.unmodelled.cars},
           {"people", o.unmodelled.people},
@@ -198,8 +200,13 @@ RunFacts synthesize(const SynthOptions& options, RunRecord& record, results::Out
   synth::write_synth_mesh(folder.file("mesh.ply"),
                           exact ? scene.mesh : noisy(scene.mesh, options.mesh_noise_m, options.flight.seed),
                           options.offset);
-  for (const char* name : {"colmap/cameras.txt", "colmap/images.txt"}) folder.file(name);
-  synth::write_synth_cameras(folder.file("colmap/points3D.txt").parent_path(), scene, views, renderer, options.offset);
+  const auto write_cameras = [&](const std::string& model, const std::vector<View>& written) {
+    for (const char* name : {"/cameras.txt", "/images.txt"}) folder.file(model + name);
+    synth::write_synth_cameras(folder.file(model + "/points3D.txt").parent_path(), scene, views, written, renderer,
+                               options.offset);
+  };
+  write_cameras("colmap", synth::with_errors(views, options.errors, options.flight.seed));
+  if (options.errors.any()) write_cameras("true_colmap", views);
   write_truth(options, scene, views, folder);
   record.end(
       fmt::format("{} faces of {} surfaces", results::readable_count(scene.mesh.faces.size()), scene.surfaces.size()));

@@ -93,6 +93,12 @@ void add_blur(const OptionGroup& group, SynthOptions& options) {
 void add_imperfections(const OptionGroup& group, SynthOptions& options) {
   group.number("--mesh-noise", options.mesh_noise_m, 0.0, 100.0, "M",
                "Move each coordinate of each vertex of the written mesh by up to M metres; photos show the true mesh");
+  group.number(
+      "--pose-error", options.errors.pose_px, 0.0, 100.0, "PX",
+      "Write poses by which the middle of each photo is off by PX pixels, each another way; true_colmap has the true "
+      "ones");
+  group.number("--lens-error", options.errors.lens_px, -100.0, 100.0, "PX",
+               "Write a lens by which the corners of all photos are off by PX pixels");
   group.flag("--exposure", options.exposure, "Give each photo its own gain, 0.7 to 1.4, and darker corners");
   if (options.kind == SynthKind::city) {
     synth::Unmodelled& what = options.unmodelled;

@@ -1,9 +1,11 @@
 // A synthetic scene as files: mesh, cameras, photos, truth.
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "app/synth/synth_scene.h"
 #include "io/output_file.h"
@@ -102,12 +104,32 @@ void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const
   out.commit();
 }
 
+std::vector<View> with_errors(std::vector<View> views, const CameraErrors& errors, std::uint32_t seed) {
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    View& view = views[v];
+    Camera& camera = view.camera;
+    const double corner = std::hypot(camera.width / 2.0 / camera.fx, camera.height / 2.0 / camera.fy);
+    const auto number = static_cast<std::uint32_t>(v);
+    // About an axis in the plane of the photo, which moves its middle, and about the view's own, which moves its corners.
+    const double way = 2 * std::numbers::pi * synth_chance(seed, number, 8300);
+    const double turn = (2 * synth_chance(seed, number, 8301) - 1) * errors.pose_px / (corner * camera.fx);
+    const double tilt = errors.pose_px / camera.fx;
+    const Eigen::Vector3d axis(std::cos(way) * tilt, std::sin(way) * tilt, turn);
+    using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    Eigen::Map<Rotation> rotation(view.pose.rotation.data());
+    if (errors.pose_px > 0) rotation = Eigen::AngleAxisd(axis.norm(), axis.normalized()).toRotationMatrix() * rotation;
+    camera.distortion.k1 += errors.lens_px / (camera.fx * corner * corner * corner);
+    limit_distortion(camera);
+  }
+  return views;
+}
+
 void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene, const std::vector<View>& views,
-                         const SynthRenderer& renderer, const WorldPoint& offset) {
+                         const std::vector<View>& written, const SynthRenderer& renderer, const WorldPoint& offset) {
   std::vector<std::vector<Observation>> observations;
   const std::vector<TiePoint> points = tie_points(scene, views, renderer, observations);
 
-  const Camera& camera = views.front().camera;
+  const Camera& camera = written.front().camera;
   std::string cameras = "# Camera list: CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
   const Distortion& d = camera.distortion;
   if (d.is_identity())
@@ -122,8 +144,8 @@ void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& sce
       "# Image list, two lines each: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME / POINTS2D[] as X, Y, "
       "POINT3D_ID\n";
   for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto q = quaternion(views[v].pose.rotation);
-    Pose moved = views[v].pose;
+    const auto q = quaternion(written[v].pose.rotation);
+    Pose moved = written[v].pose;
     moved.centre = moved.centre + offset;
     const CameraPoint t = camera_from_world(moved, {});
     images +=

@@ -98,10 +98,20 @@ class SynthRenderer {
 /// Writes binary little-endian PLY of the coordinates plus `offset`, in float if that is exact, else in double.
 void write_synth_mesh(const std::filesystem::path& file, const Mesh& mesh, const WorldPoint& offset);
 
+/// Errors of cameras, as a bundle adjustment leaves them, px: how far the middle of each photo is off by its pose, each another way
+/// and turned a little, and the corners of all photos by the lens.
+struct CameraErrors {
+  double pose_px = 0, lens_px = 0;
+  bool any() const { return pose_px != 0 || lens_px != 0; }
+};
+std::vector<View> with_errors(std::vector<View> views, const CameraErrors& errors, std::uint32_t seed);
+
 /// Writes a COLMAP text model: cameras.txt, images.txt, and points3D.txt with some surface points and the views that see
 /// them. Positions and camera centres are moved by `offset`.
+/// \param views that took the photos
+/// \param written what is said of them
 void write_synth_cameras(const std::filesystem::path& dir, const SynthScene& scene, const std::vector<View>& views,
-                         const SynthRenderer& renderer, const WorldPoint& offset);
+                         const std::vector<View>& written, const SynthRenderer& renderer, const WorldPoint& offset);
 
 /// Writes surfaces.json: material, frame, seed, tint and scale of every surface.
 void write_synth_surfaces(const std::filesystem::path& file, const SynthScene& scene);

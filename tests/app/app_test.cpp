@@ -225,7 +225,7 @@ TEST_F(App, SceneInUtmCoordinatesGivesTheSameTexture) {
   options.flight.size_m = 40;
   options.faces = 1000;
   const synth::SynthScene city = synth::make_city(options);
-  synth::write_synth_cameras(scene_ / "colmap", city, scene.views, synth::SynthRenderer(city), {});
+  synth::write_synth_cameras(scene_ / "colmap", city, scene.views, scene.views, synth::SynthRenderer(city), {});
   const Mesh mesh = io::read_mesh(scene_ / "mesh.ply");
   std::ostringstream obj;
   obj.precision(17);

@@ -194,7 +194,7 @@ TEST(CityFiles, CamerasReadBackWithTheirPoses) {
   for (const View& view : views)
     io::write_image(folder.path() / "images" / view.name, renderer.photo(view.camera, view.pose).image,
                     io::ImageFormat::jpg, 95);
-  synth::write_synth_cameras(folder.path() / "colmap", city, views, renderer, {});
+  synth::write_synth_cameras(folder.path() / "colmap", city, views, views, renderer, {});
   synth::write_synth_mesh(folder.path() / "mesh.ply", city.mesh, {});
 
   const Scene scene = io::read_scene(folder.path() / "colmap", {});
