@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "atlas/alignment/alignment.h"
 #include "atlas/baking/kept_pages.h"
 #include "atlas/baking/page_baker.h"
 #include "atlas/charts/charts.h"
@@ -100,6 +101,10 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
     throw std::invalid_argument("tile must be empty or have one entry per face");
   if (!input.exposure.empty() && input.exposure.size() != input.scene.views.size())
     throw std::invalid_argument("exposure must be empty or have one entry per view");
+  if (!input.alignment.empty() && input.alignment.size() != input.scene.views.size())
+    throw std::invalid_argument("alignment must be empty or have one field per view");
+  if (!std::ranges::all_of(input.alignment, [](const ShiftField& field) { return is_sound(field); }))
+    throw std::invalid_argument("alignment must have shifts of up to 16 pixels at all nodes of its fields");
   if (!std::ranges::all_of(input.exposure, [](const ViewExposure& exposure) { return is_sound(exposure); }))
     throw std::invalid_argument("exposure must have finite numbers, and gains above 0 and up to 2.5");
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");
@@ -115,9 +120,14 @@ std::size_t count_blended(const Mesh& mesh, const BlendWeights& blending) {
   }));
 }
 
+AtlasInput with_scene(const AtlasInput& input, const Scene& scene) {
+  return {input.mesh,     scene,        input.photos,   input.graph,    input.labels, input.tags,     input.candidates,
+          input.coverage, input.border, input.exposure, input.finished, input.tile,   input.alignment};
+}
+
 }  // namespace
 
-TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Progress& progress,
+TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Progress& progress,
                         const BakeOptions& options) {
   const AtlasPlan::State& state = plan.state();
   const Layout& layout = state.layout;
@@ -128,9 +138,23 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   statistics.filled_faces = layout.set.unseen_faces;
   statistics.reduction = layout.reduction;
   statistics.layout_s = state.seconds;
-  for (const auto& [a, b] : input.graph.edges)
-    if (input.labels[a] != input.labels[b] && input.labels[a] != kNoView && input.labels[b] != kNoView)
+  for (const auto& [a, b] : given.graph.edges)
+    if (given.labels[a] != given.labels[b] && given.labels[a] != kNoView && given.labels[b] != kNoView)
       ++statistics.seam_edges;
+
+  Clock::time_point start = Clock::now();
+  std::size_t decodes = given.photos.decodes().times;
+  std::optional<AlignmentFit> alignment = take_alignment(options.kept, given);
+  if (!alignment) {
+    // No page is open yet.
+    alignment = align_photos(given, state.neighbours, state.options.align, std::min(options.page_bytes, kMatchBytes));
+    keep_alignment(options.kept, *alignment);
+  }
+  statistics.alignment = alignment->statistics;
+  statistics.alignment_s = seconds_since(start);
+  const Scene scene = aligned_scene(given.scene, alignment->fields);
+  const AtlasInput input = with_scene(given, scene);
+  atlas.alignment = std::move(alignment->fields);
 
   const BlendWeights blending =
       state.options.blend == Blending::none ? BlendWeights() : BlendWeights(input, state.options.blend_cost);
@@ -150,19 +174,19 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& input, const Pr
   std::future<void> beside;
   if (options.take_model) beside = options.take_model(atlas.model);
 
-  Clock::time_point start = Clock::now();
-  std::size_t decodes = input.photos.decodes().times;
+  start = Clock::now();
   const auto more_decodes = [&] {
     const std::size_t before = std::exchange(decodes, input.photos.decodes().times);
     return decodes - before;
   };
   std::optional<LevelingResult> leveling = take_leveling(options.kept, input, layout.set);
   if (!leveling) {
-    leveling = level_seams(input, layout.set, state.coverage, blending, state.options.seams);
+    leveling = level_seams(input, layout.set, state.coverage, state.neighbours, blending, state.options.seams);
     keep_leveling(options.kept, *leveling);
   }
   statistics.seam_step_before = leveling->step_before;
   statistics.seam_step_after = leveling->step_after;
+  statistics.cuts = leveling->cuts;
   release_freed_memory();
   statistics.leveling_s = seconds_since(start);
   statistics.seam_decodes = more_decodes();

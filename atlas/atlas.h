@@ -22,6 +22,7 @@
 #include "../io/work_store.h"
 #include "../labeling/labeling.h"
 #include "../visibility/result.h"
+#include "photo_alignment.h"
 
 namespace gpvc::atlas {
 
@@ -48,6 +49,7 @@ struct AtlasOptions {
   /// Texels around a chart that repeat its colours. Pages are divided into blocks whose edge is the largest power of
   /// two up to the padding, and no two charts share a block: with a padding of 8, mip levels down to 1/8 mix no charts.
   int padding = 8;
+  PhotoAlignment align = PhotoAlignment::local;
   SeamLeveling seams = SeamLeveling::full;
   Blending blend = Blending::coarse;
   /// Views that cost this much or more have no share in blending; below it, the share grows linearly as the cost falls.
@@ -77,8 +79,10 @@ struct AtlasStatistics {
   std::size_t seam_edges = 0;     ///< mesh edges between faces of different views, those of the border included
   /// Mean difference across these edges in grey levels (0..255). Zero, because not measured, with SeamLeveling::none.
   double seam_step_before = 0, seam_step_after = 0;
-  double reduction = 1;  ///< factor on the scale of all charts that meets the limits
-  double layout_s = 0, leveling_s = 0, baking_s = 0;
+  CutMisfit cuts{};                 ///< zeros with SeamLeveling::none
+  AlignmentStatistics alignment{};  ///< zeros with PhotoAlignment::none
+  double reduction = 1;             ///< factor on the scale of all charts that meets the limits
+  double layout_s = 0, alignment_s = 0, leveling_s = 0, baking_s = 0;
   std::size_t kept_pages = 0;  ///< taken from another run
   /// Photos that were decoded for seams and to paint, each as often as it was: see io::PhotoSource::decodes.
   std::size_t seam_decodes = 0, paint_decodes = 0;
@@ -103,6 +107,7 @@ struct TextureAtlas {
   std::vector<std::uint32_t>
       face_chart;                      ///< per face, the number of its chart; AtlasStatistics::charts or more: border
   std::vector<ViewExposure> exposure;  ///< per view, as leveling has fitted or taken it; empty without leveling
+  std::vector<ShiftField> alignment;   ///< per view, as fitted or taken; empty where photos fit each other without
 };
 
 /// The texture of an earlier result of the same mesh and views, of which a part is made anew.
@@ -140,6 +145,9 @@ struct AtlasInput {
   /// Per face, the number of its tile: charts and pages hold faces of one tile alone, and pages ascend by tile, so that each
   /// tile has textures of its own. Leveling works across tiles. Empty: all faces are of one.
   std::span<const std::uint32_t> tile = {};
+  /// Per view, used instead of fields fitted to the photos of this input, so that parts of a mesh get the same ones; see
+  /// match_photos. Each must be sound. Empty: fitted, with PhotoAlignment::local.
+  std::span<const ShiftField> alignment = {};
 };
 
 /// The size of the atlas, known before any photo is read.
@@ -190,6 +198,10 @@ std::vector<SeamRatio> seam_ratios(const AtlasInput& input);
 std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio> ratios,
                                        std::span<const std::size_t> faces);
 
+/// Compares each photo, at places all over what it textures, with three others that show them best, and with the photos beyond its
+/// cuts. Faces of the border are no such places. Fetches the coarse colours of each photo at most once, or a few times where there are very many places. TBB.
+std::vector<PhotoMatch> match_photos(const AtlasInput& input);
+
 /// Bytes that a page takes for each of its texels while it is under construction: colour and state (4), and a third of that more
 /// while it is finished, for coarser copies of it. While it is painted that third is free.
 inline constexpr double kPageBytesPerTexel = 16.0 / 3, kFinishedPart = 0.25;
@@ -224,7 +236,8 @@ struct BakeOptions {
   KeptPages kept = {};
 };
 
-/// Levels seams and bakes pages. For its seams a photo's coarse colours are fetched, at most once; for each group of pages, and
+/// Aligns photos, levels seams and bakes pages. To align photos their coarse colours are fetched, see match_photos(), and for
+/// seams once more; for each group of pages, and
 /// each of its batches, the photos that are shown there once, and the coarse colours of those that are blended there once.
 /// `input` is what the plan was made from. Throws what the photo source throws, and OutputError where pages cannot be spilled.
 /// Progress counts a hundred steps for each group of pages. It is called from any thread, but by one thread at a time, and also

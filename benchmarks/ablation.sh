@@ -15,6 +15,7 @@ no_angle="--data-term area"
 no_outliers="--outliers none"
 no_margin="--margin 0"
 no_smoothness="--smoothness 0"
+no_alignment="--align none"
 no_blending="--blend none"
 no_leveling="--seams none"
 
@@ -26,9 +27,10 @@ exec "$here/cross_validation.sh" \
   --set no_outliers="$no_outliers" \
   --set no_margin="$no_margin" \
   --set no_smoothness="$no_smoothness" \
+  --set no_alignment="$no_alignment" \
   --set no_blending="$no_blending" \
   --set no_strips="--seams global" \
   --set no_leveling="$no_leveling" \
   --set one_photo_as_taken="$no_blending $no_leveling" \
-  --set no_part="$no_angle $no_outliers $no_margin $no_smoothness $no_blending $no_leveling" \
+  --set no_part="$no_angle $no_outliers $no_margin $no_smoothness $no_alignment $no_blending $no_leveling" \
   "$@"

@@ -105,6 +105,18 @@ struct Motion {
   bool moves() const { return across != 0 || down != 0; }
 };
 
+/// Where a photo shows what poses, lens and mesh say that it shows at a position of the view's frame: at that position plus a
+/// small shift, which is known at the nodes of a grid, `spacing` pixels apart from (0, 0) on, and bilinear between them. Found by
+/// comparing photos with each other (atlas::fit_alignment), and used where colours are taken, not to see what hides what.
+struct ShiftField {
+  int columns = 0, rows = 0;                  ///< 2 at least
+  double spacing = 1;                         ///< px
+  std::vector<std::array<float, 2>> nodes{};  ///< x and y in pixels, row-major; none: no shift
+  bool operator==(const ShiftField&) const = default;
+  /// Beyond the grid as at its border. \pre there are nodes
+  std::array<double, 2> shift_at(const PixelPoint& p) const;
+};
+
 /// Lens distortion. With (x, y) the point that LensModel makes of (X/Z, Y/Z), and r2 = x*x + y*y: radial = (1 + k1 r2 +
 /// k2 r2^2 + k3 r2^3 + k4 r2^4 + k5 r2^5 + k6 r2^6) / (1 + d1 r2 + d2 r2^2 + d3 r2^3), more = 1 + p3 r2 + p4 r2^2, x' =
 /// x radial + (2 p1 x y + p2 (r2 + 2 x x)) more + s1 r2 + s3 r2^2, y' = y radial + (p1 (r2 + 2 y y) + 2 p2 x y) more +
@@ -125,11 +137,13 @@ struct Distortion {
   /// axis, which may exceed 90 degrees, and (X, Y) / hypot(X, Y) takes the place of (X/Z, Y/Z) / r.
   std::array<double, 9> lens_from_frame{1, 0, 0, 0, 1, 0, 0, 0, 1};
   double max_angle = 0;  ///< radians; farther from the lens's axis the photo shows nothing; 0: not known
+  ShiftField aligned{};  ///< photo_from_pixel adds it to positions of the frame before the lens bends them
   bool operator==(const Distortion&) const = default;
   bool looks_aside() const { return lens_from_frame[8] != 1; }
-  bool is_identity() const {
-    return model == LensModel::brown && k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0 && !motion.moves();
+  bool has_lens() const {
+    return model != LensModel::brown || k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0 || motion.moves();
   }
+  bool is_identity() const { return aligned.nodes.empty() && !has_lens(); }
 };
 
 /// True for a view of an equirectangular panorama. A panorama is shown by six views, whose axes are those of a cube, and
@@ -232,6 +246,10 @@ inline CameraPoint camera_from_world(const Pose& pose, const WorldPoint& p) {
 /// \pre p.z > 0
 inline PixelPoint pixel_from_camera(const Camera& camera, const CameraPoint& p) {
   return {camera.fx * (p.x / p.z) + camera.cx, camera.fy * (p.y / p.z) + camera.cy};
+}
+
+inline bool is_in_frame(const Camera& camera, const PixelPoint& p) {
+  return p.x >= 0 && p.y >= 0 && p.x <= camera.width && p.y <= camera.height;
 }
 
 /// nullopt beyond the fold of the distortion model, and where a camera moves too far while it is read out for the search of

@@ -18,9 +18,21 @@ void note_estimate(const atlas::AtlasEstimate& e, Observer& observer) {
   observer.note(text);
 }
 
+std::string cuts_figures(const atlas::CutMisfit& cuts, Observer& observer) {
+  observer.figure("cuts.places", cuts.places);
+  observer.figure("cuts.matched", cuts.matched);
+  if (cuts.matched == 0) return "";
+  observer.figure("cuts.median_px", cuts.median_px);
+  observer.figure("cuts.px_90", cuts.px_90);
+  observer.figure("cuts.unaligned_median_px", cuts.unaligned_median_px);
+  observer.figure("cuts.unaligned_px_90", cuts.unaligned_px_90);
+  return fmt::format(", photos {:.1f} px apart at cuts", cuts.median_px);
+}
+
 void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& observer) {
   const atlas::AtlasStatistics& s = atlas.statistics;
   observer.stage_figure("layout_s", s.layout_s);
+  observer.stage_figure("alignment_s", s.alignment_s);
   observer.stage_figure("leveling_s", s.leveling_s);
   observer.stage_figure("baking_s", s.baking_s);
   observer.figure("charts", s.charts);
@@ -39,10 +51,12 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
     observer.figure("kept.pages", s.kept_pages);
     seams = fmt::format(", {} of them kept by an earlier run", s.kept_pages);
   }
+  report_alignment(s.alignment, observer);
   if (leveled) {
     observer.figure("seam_step_before", s.seam_step_before);
     observer.figure("seam_step_after", s.seam_step_after);
     seams += fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);
+    seams += cuts_figures(s.cuts, observer);
   }
   const std::size_t faces = atlas.model.mesh->faces.size();
   if (s.blended_faces > 0)
@@ -64,6 +78,23 @@ atlas::BakeOptions share_memory(const atlas::AtlasPlan& plan, const MemoryPlan& 
 }
 
 }  // namespace
+
+void report_alignment(const atlas::AlignmentStatistics& a, Observer& observer) {
+  if (a.matches == 0) return;
+  observer.figure("alignment.matches", a.matches);
+  observer.figure("alignment.before_px", a.before_px);
+  observer.figure("alignment.after_px", a.after_px);
+  observer.figure("alignment.shift_px", a.shift_px);
+  observer.figure("alignment.affine_share", a.affine_share);
+  // Shifts as large as that are no errors of the mesh, and if most of them is the same all over a photo, poses or focal lengths
+  // are wrong, which a bundle adjustment finds.
+  constexpr double kFarPx = 1.5, kMost = 0.5;
+  if (a.shift_px >= kFarPx && a.affine_share >= kMost)
+    observer.note(fmt::format(
+        "photos are shifted by {:.1f} px in the mean to fit each other, and {:.0f} % of it as errors of poses or focal "
+        "lengths do it: another bundle adjustment would help",
+        a.shift_px, 100 * a.affine_share));
+}
 
 io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely,
                                     const std::filesystem::path& folder) {

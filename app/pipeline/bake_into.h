@@ -24,6 +24,9 @@ struct BakeSpace {
 io::CoarsePhotos with_coarse_photos(const Run& run, const Workload& work, double likely,
                                     const std::filesystem::path& folder);
 
+/// Figures of how photos were aligned, and a note where their poses are to blame.
+void report_alignment(const atlas::AlignmentStatistics& alignment, Observer& observer);
+
 /// One stage. Without a sink the atlas holds its pages.
 atlas::TextureAtlas bake_into(const Run& run, const atlas::AtlasInput& from, const MemoryPlan& memory,
                               const BakeSpace& space, PageSink* sink);

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when anything that the files hold, as labeling::FaceRecord, takes another form or meaning.
-constexpr std::uint32_t kFormat = 5;
+constexpr std::uint32_t kFormat = 6;
 
 io::WorkKey model_key() {
   io::WorkHash hash;
@@ -79,11 +79,13 @@ bool is_sound(const EditModel& m, const Input& input) {
   // New charts are numbered after these, and there are as many as faces at most, and as many borders.
   const std::uint64_t charts = UINT32_MAX - std::min<std::uint64_t>(UINT32_MAX, 2 * std::uint64_t{faces} + 1);
   return m.labels.size() == faces && m.face_chart.size() == faces && m.page_files.size() == pages &&
-         (m.exposure.empty() || m.exposure.size() == input.scene.views.size()) && m.reduction > 0 && m.reduction <= 1 &&
-         is_sound(m.model, faces, pages) && std::ranges::all_of(m.page_sizes, is_page_size) &&
+         (m.exposure.empty() || m.exposure.size() == input.scene.views.size()) &&
+         (m.alignment.empty() || m.alignment.size() == input.scene.views.size()) && m.reduction > 0 &&
+         m.reduction <= 1 && is_sound(m.model, faces, pages) && std::ranges::all_of(m.page_sizes, is_page_size) &&
          std::ranges::all_of(m.labels, [&](ViewId view) { return view == kNoView || is_of_views(view, input); }) &&
          std::ranges::all_of(m.face_chart, [&](std::uint32_t chart) { return chart < charts; }) &&
          std::ranges::all_of(m.exposure, [](const auto& exposure) { return atlas::is_sound(exposure); }) &&
+         std::ranges::all_of(m.alignment, [](const ShiftField& field) { return atlas::is_sound(field); }) &&
          std::ranges::all_of(m.rules, [&](const ViewRule& rule) { return is_sound(rule, input.scene.views.size()); });
 }
 

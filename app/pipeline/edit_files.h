@@ -32,10 +32,11 @@ struct EditModel {
   std::vector<std::array<int, 2>> page_sizes;
   std::vector<std::uint32_t> face_chart;  ///< per face; numbers may have gaps
   std::vector<atlas::ViewExposure> exposure;
+  std::vector<ShiftField> alignment;
   double reduction = 1;
   std::vector<io::WorkKey> page_files{};  ///< hashes of the pages as they were written
 };
-GPVC_MEMBERS(EditModel, keys, rules, labels, model, page_sizes, face_chart, exposure, reduction, page_files)
+GPVC_MEMBERS(EditModel, keys, rules, labels, model, page_sizes, face_chart, exposure, alignment, reduction, page_files)
 
 /// The hash of a page's file.
 io::WorkKey page_file_key(const std::filesystem::path& file);

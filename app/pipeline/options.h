@@ -32,8 +32,8 @@ GPVC_MEMBERS(SolverOptions, smoothness, max_sweeps, thorough, small_patch_faces,
 }  // namespace gpvc::labeling
 
 namespace gpvc::atlas {
-GPVC_MEMBERS(AtlasOptions, page_size, padding, seams, blend, blend_cost, margin_px, texel_size, max_pages, max_texels,
-             unseen, unseen_color)
+GPVC_MEMBERS(AtlasOptions, page_size, padding, align, seams, blend, blend_cost, margin_px, texel_size, max_pages,
+             max_texels, unseen, unseen_color)
 }  // namespace gpvc::atlas
 
 namespace gpvc::pipeline {
@@ -77,6 +77,7 @@ inline constexpr Named<std::optional<io::UpAxis>> kUps[] = {
 constexpr const auto& names_of(labeling::DataTerm) { return labeling::kDataTermNames; }
 constexpr const auto& names_of(labeling::Outliers) { return labeling::kOutliersNames; }
 constexpr const auto& names_of(labeling::EdgeWeights) { return labeling::kEdgeWeightsNames; }
+constexpr const auto& names_of(atlas::PhotoAlignment) { return atlas::kPhotoAlignmentNames; }
 constexpr const auto& names_of(atlas::SeamLeveling) { return atlas::kSeamLevelingNames; }
 constexpr const auto& names_of(atlas::Blending) { return atlas::kBlendingNames; }
 constexpr const auto& names_of(atlas::UnseenFaces) { return atlas::kUnseenFacesNames; }
@@ -183,6 +184,10 @@ auto options_of(T& o) {
           "face); color: in one colour"),
       number(o.unseen_color, "unseen-color", page_files, kQuality, "R,G,B", 0, 255,
              "The colour of unseen faces that get one, 0 to 255 each"),
+      offered(
+          o.align, "align", pages, kQuality,
+          "local: photos are compared with each other, and each is shifted by a pixel or two from place to place so "
+          "that lines go on across seams; none: photos lie where poses and lens have them"),
       offered(o.seams, "seams", pages, kQuality,
               "Levelling of colours across seams. global: one correction per chart and vertex; full: that, and a blend "
               "near the seam; none: colours as in the photos"),

@@ -113,6 +113,7 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputF
                       files.page_sizes(),
                       atlas.face_chart,
                       atlas.exposure,
+                      atlas.alignment,
                       atlas.statistics.reduction,
                       {}},
                      settings.output.texture, folder);

@@ -158,8 +158,9 @@ io::TexturedModel joined(const EditModel& before, const Change& change, const io
 EditModel joined_edit_model(const EditModel& before, const Settings& settings, const Change& change,
                             std::vector<ViewId> labels, const io::TexturedModel& model, const atlas::TextureAtlas& made,
                             std::vector<std::array<int, 2>> page_sizes) {
-  EditModel after{before.keys,       settings.view_rules, std::move(labels), model, std::move(page_sizes),
-                  before.face_chart, before.exposure,     before.reduction,  {}};
+  EditModel after{
+      before.keys,     settings.view_rules, std::move(labels), model, std::move(page_sizes), before.face_chart,
+      before.exposure, before.alignment,    before.reduction,  {}};
   const std::uint32_t first = 1 + *std::ranges::max_element(before.face_chart);
   for (std::size_t f = 0; f < change.kept.size(); ++f)
     if (change.kept[f] == 0) after.face_chart[f] = first + made.face_chart[f];
@@ -204,13 +205,25 @@ class Remaking final : public PageSink {
     const visibility::CoverageTable coverage = coverage_of_made();
     std::vector<atlas::ViewExposure> exposure = earlier_.model.exposure;
     exposure.resize(run_.input.scene.views.size());  // without seams there was nothing to fit them to
+    std::vector<ShiftField> alignment = earlier_.model.alignment;
+    alignment.resize(run_.input.scene.views.size());  // photos that fit each other without stay as they are
     const atlas::FinishedTexture finished{earlier_.model.model, beside_, earlier_.model.reduction};
     const MemoryPlan memory = with_coverage(plan_memory(run_.input, run_.settings), coverage);
     const FileSizes sizes = predicted_sizes(run_.input, run_.settings, memory.work.texels);
     io::CoarsePhotos photos = with_coarse_photos(run_, memory.work, sizes.likely, folder.in_making());
-    const atlas::AtlasInput from{
-        run_.input.mesh,           run_.input.scene, photos,       earlier_.graph, labels,   earlier_.candidates.tags,
-        earlier_.candidates.table, coverage,         change_.kept, exposure,       &finished};
+    const atlas::AtlasInput from{run_.input.mesh,
+                                 run_.input.scene,
+                                 photos,
+                                 earlier_.graph,
+                                 labels,
+                                 earlier_.candidates.tags,
+                                 earlier_.candidates.table,
+                                 coverage,
+                                 change_.kept,
+                                 exposure,
+                                 &finished,
+                                 {},
+                                 alignment};
     return bake_into(run_, from, memory, {.scratch_folder = folder.in_making()}, this);
   }
 

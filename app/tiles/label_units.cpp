@@ -1,4 +1,4 @@
-// The units that choose views for the faces of tiles, and find the exposure of photos from what was chosen.
+// The units that choose views for the faces of tiles, and find exposure and shifts of photos from what was chosen.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 
+#include "app/pipeline/bake_into.h"
 #include "app/pipeline/steps.h"
 #include "app/tiles/done.h"
 #include "app/tiles/sound.h"
@@ -17,11 +18,22 @@ namespace gpvc::tiles {
 namespace {
 
 // What Stage::expose leaves.
-struct SeamRatios {
+struct PhotoRelations {
   std::vector<atlas::SeamRatio> ratios;
+  std::vector<atlas::PhotoMatch> matches;
   std::vector<std::size_t> faces;  // per view, of the tile's faces
 };
-GPVC_MEMBERS(SeamRatios, ratios, faces)
+GPVC_MEMBERS(PhotoRelations, ratios, matches, faces)
+
+// About `most` of the items, evenly.
+template <typename Item>
+std::vector<Item> thinned(std::vector<Item> items, std::size_t most) {
+  const std::size_t stride = items.size() / std::max<std::size_t>(most, 1) + 1;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < items.size(); i += stride) items[kept++] = items[i];
+  items.resize(kept);
+  return items;
+}
 
 // A tile's part of what the labels of all tiles come to: its faces, and the pairs whose lower face is one of them.
 struct LabelFigures {
@@ -135,39 +147,48 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
   for (std::size_t f = 0; f < tile.labels.size(); ++f)
     if (tile.border[f] == 0 && tile.labels[f] != kNoView) ++faces[index(tile.labels[f])];
   std::vector<atlas::SeamRatio> ratios;
-  if (settings_.atlas.seams != atlas::SeamLeveling::none) {
-    io::PhotoCache photos(job_.scene, 0, &photos_.hashes());
-    ratios = atlas::seam_ratios(tile.input(job_.scene, photos, {}));
-    // Exposures of photos are known from far fewer, and those of all tiles are solved together.
-    constexpr std::size_t kMost = 4000000;
-    const std::size_t stride = ratios.size() * job_.tiles(0).size() / kMost + 1;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < ratios.size(); i += stride) ratios[kept++] = ratios[i];
-    ratios.resize(kept);
-  }
+  std::vector<atlas::PhotoMatch> matches;
+  io::PhotoCache decoded(job_.scene, 0, &photos_.hashes());
+  const pipeline::Input tile_input{job_.scene, tile.tile.mesh, job_.tiles(0)[unit.number].views, job_.mesh_file};
+  io::CoarsePhotos photos =
+      pipeline::with_coarse_photos({tile_input, settings_, decoded, observer_},
+                                   pipeline::workload(tile_input, settings_), 0, folder_.unit(unit.name));
+  const atlas::AtlasInput input = tile.input(job_.scene, photos);
+  // Exposures and shifts of photos are known from far fewer, and those of all tiles are solved together.
+  if (settings_.atlas.seams != atlas::SeamLeveling::none)
+    ratios = thinned(atlas::seam_ratios(input), 4000000 / job_.tiles(0).size());
+  if (settings_.atlas.align != atlas::PhotoAlignment::none)
+    matches = thinned(atlas::match_photos(input), 2000000 / job_.tiles(0).size());
   const std::size_t kept_ratios = ratios.size();
-  put(unit, "ratios", key, SeamRatios{std::move(ratios), std::move(faces)});
+  put(unit, "relations", key, PhotoRelations{std::move(ratios), std::move(matches), std::move(faces)});
   observer_.end(fmt::format("{} ratios across seams", results::readable_count(kept_ratios)));
 }
 
 void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
   std::vector<atlas::SeamRatio> ratios;
+  std::vector<atlas::PhotoMatch> matches;
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
   for (std::size_t t = 0; t < job_.tiles(0).size(); ++t) {
     if (job_.tiles(0)[t].faces == 0) continue;
-    const auto more = folder_.get<SeamRatios>(expose_unit(t), "ratios", [&](const SeamRatios& found) {
+    const auto more = folder_.get<PhotoRelations>(expose_unit(t), "relations", [&](const PhotoRelations& found) {
       return found.faces.size() == faces.size() &&
              std::ranges::all_of(found.ratios,
-                                 [&](const atlas::SeamRatio& ratio) { return is_sound(ratio, job_.scene); });
+                                 [&](const atlas::SeamRatio& ratio) { return is_sound(ratio, job_.scene); }) &&
+             std::ranges::all_of(found.matches,
+                                 [&](const atlas::PhotoMatch& match) { return atlas::is_sound(match, job_.scene); });
     });
     ratios.insert(ratios.end(), more.ratios.begin(), more.ratios.end());
+    matches.insert(matches.end(), more.matches.begin(), more.matches.end());
     for (std::size_t v = 0; v < faces.size(); ++v) faces[v] += more.faces[v];
   }
   std::vector<atlas::ViewExposure> exposure;
   if (settings_.atlas.seams != atlas::SeamLeveling::none)
     exposure = atlas::fit_exposure(job_.scene, std::move(ratios), faces);
   put(unit, "exposure", key, exposure);
+  const atlas::AlignmentFit alignment = atlas::fit_alignment(job_.scene, matches);
+  pipeline::report_alignment(alignment.statistics, observer_);
+  put(unit, "alignment", key, alignment.fields);
   observer_.end(fmt::format("{} photos", exposure.size()));
 }
 

@@ -38,6 +38,16 @@ std::vector<atlas::ViewExposure> load_exposure(const JobFolder& folder, const Jo
   return exposure;
 }
 
+// \param reduction of the photos that they are for
+std::vector<ShiftField> load_alignment(const JobFolder& folder, const Job& job, double reduction) {
+  auto fields = folder.get<std::vector<ShiftField>>(kLevelUnit, "alignment", [&](const auto& found) {
+    return (found.empty() || found.size() == job.scene.views.size()) &&
+           std::ranges::all_of(found, [](const ShiftField& field) { return atlas::is_sound(field); });
+  });
+  fields.resize(job.scene.views.size());  // a tile fits none of its own
+  return atlas::reduced(std::move(fields), reduction);
+}
+
 fs::path glb_of(const JobFolder& folder, int level, std::size_t tile) {
   return folder.path() / "result" / "tiles" / fmt::format("{}_{}.glb", level, tile);
 }
@@ -70,6 +80,7 @@ void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
   if (own.empty()) return;
   const Level& level = job_.levels[static_cast<std::size_t>(unit.level)];
   const std::vector<atlas::ViewExposure> exposure = load_exposure(folder_, job_, level.reduction);
+  const std::vector<ShiftField> alignment = load_alignment(folder_, job_, level.reduction);
   const std::vector<ViewId>& views = level.tiles[unit.number].views;
   const Scene scene = scene_at(job_, unit.level);
   const pipeline::Input input{scene, tile.tile.mesh, views, job_.mesh_file};
@@ -92,7 +103,7 @@ void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
   io::remove_unfinished(glb.parent_path(), glb.filename().string());
   tileset::PageFiles pages(obj, "", settings.output, job_.color_profile);
   const atlas::TextureAtlas atlas =
-      pipeline::bake_into({input, settings, photos, observer_}, tile.input(scene, photos, exposure), memory,
+      pipeline::bake_into({input, settings, photos, observer_}, tile.input(scene, photos, exposure, alignment), memory,
                           {.stage = unit.name, .scratch_folder = folder_.unit(unit.name)}, &pages);
   const bool drops = settings.atlas.unseen == atlas::UnseenFaces::drop;
   tileset::TileModel model = tileset::tile_model(atlas.model, own, pages.files(), [&](std::uint32_t f) {

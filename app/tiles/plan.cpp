@@ -86,14 +86,16 @@ class Estimates {
 
   void expose(std::size_t t, Unit& unit) const {
     const pipeline::Workload work = of_tile(t);
-    unit.memory_bytes = pipeline::memory_need(work).bake - 150 * work.faces;  // charts are not made yet
+    // Charts are not made yet; places where photos are compared are.
+    unit.memory_bytes = pipeline::memory_need(work).bake - 150 * work.faces + std::min(work.texels, 8e7);
     unit.photo_bytes = kUsed * photo_files(t);
     unit.seconds = kStartS + million(kUsed * decoded(work) + 1.5 * work.faces);
-    unit.disk_bytes = 7 * static_cast<double>(tiles_[t].faces);
+    unit.disk_bytes = 7 * static_cast<double>(tiles_[t].faces) + 0.05 * work.texels;
   }
 
   void level(Unit& unit) const {
-    unit.memory_bytes = kProgram + std::min(5e6 * static_cast<double>(tiles_.size()), 1e9);
+    const double fields = 1e5 * static_cast<double>(job_.scene.views.size());
+    unit.memory_bytes = kProgram + std::min(1e7 * static_cast<double>(tiles_.size()), 1.4e9) + fields;
     unit.seconds = kStartS + 0.05 * static_cast<double>(tiles_.size());
   }
 

@@ -29,8 +29,10 @@ struct TileAtlas {
     labels = labels_of(folder, job, tile, tiles, [&](std::uint32_t t) { return choose_unit(level, kRounds, t); });
   }
   atlas::AtlasInput input(const Scene& scene, io::PhotoSource& photos,
-                          std::span<const atlas::ViewExposure> exposure) const {
-    return {tile.mesh, scene, photos, graph, labels, costs.tags, costs.table, costs.coverage, border, exposure};
+                          std::span<const atlas::ViewExposure> exposure = {},
+                          std::span<const ShiftField> alignment = {}) const {
+    return {tile.mesh,      scene,  photos,   graph,   labels, costs.tags, costs.table,
+            costs.coverage, border, exposure, nullptr, {},     alignment};
   }
 };
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "io/scene_members.h"
+
 namespace gpvc::atlas {
 namespace {
 
@@ -32,6 +34,10 @@ bool may_be_open(std::uint32_t chart, std::uint32_t page, const AtlasBuild& buil
   return kind == ChartKind::partial || kind == ChartKind::flat;
 }
 
+bool is_sound(const CutMisfit& cuts) {
+  return std::isfinite(cuts.median_px + cuts.px_90 + cuts.unaligned_median_px + cuts.unaligned_px_90);
+}
+
 std::size_t box_texels(const Chart& chart) {
   const CellBox box = partial_box(chart);
   return pixel_index(0, box.y1 - box.y0, box.x1 - box.x0);
@@ -39,11 +45,33 @@ std::size_t box_texels(const Chart& chart) {
 
 }  // namespace
 
+std::optional<AlignmentFit> take_alignment(const KeptPages& kept, const AtlasInput& input) {
+  AlignmentFit fit;
+  const bool found = kept.store != nullptr && kept.store->read("alignment", kept.key, [&](io::WorkStore::Reader& in) {
+    fit.fields = in.get<std::vector<ShiftField>>();
+    fit.statistics = in.get<AlignmentStatistics>();
+    const bool fits = fit.fields.empty() || fit.fields.size() == input.scene.views.size();
+    if (!fits || !std::ranges::all_of(fit.fields, [](const ShiftField& field) { return is_sound(field); })) in.refuse();
+    const auto& [matches, before_px, after_px, shift_px, affine_share] = fit.statistics;
+    if (!std::isfinite(before_px + after_px + shift_px + affine_share)) in.refuse();
+  });
+  return found ? std::optional(std::move(fit)) : std::nullopt;
+}
+
+void keep_alignment(const KeptPages& kept, const AlignmentFit& fit) {
+  if (kept.store == nullptr) return;
+  kept.store->keep("alignment", kept.key, [&](io::WorkStore::Writer& out) {
+    out.add(fit.fields);
+    out.add(fit.statistics);
+  });
+}
+
 std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasInput& input, const ChartSet& set) {
   LevelingResult r;
   const bool found = kept.store != nullptr && kept.store->read("leveling", kept.key, [&](io::WorkStore::Reader& in) {
     r = in.get<LevelingResult>();
-    if (!is_sound(r.correction, input, set) || !std::isfinite(r.step_before + r.step_after)) in.refuse();
+    if (!is_sound(r.correction, input, set) || !std::isfinite(r.step_before + r.step_after) || !is_sound(r.cuts))
+      in.refuse();
   });
   return found ? std::optional(std::move(r)) : std::nullopt;
 }

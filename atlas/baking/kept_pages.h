@@ -13,6 +13,9 @@
 namespace gpvc::atlas {
 
 /// All functions do nothing where kept.store is null. What is kept counts as none where its values cannot be of this input.
+std::optional<AlignmentFit> take_alignment(const KeptPages& kept, const AtlasInput& input);
+void keep_alignment(const KeptPages& kept, const AlignmentFit& fit);
+
 std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasInput& input, const ChartSet& set);
 void keep_leveling(const KeptPages& kept, const LevelingResult& leveling);
 

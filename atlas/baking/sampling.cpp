@@ -48,8 +48,10 @@ Color sample_bilinear(const Image& photo, double x, double y) {
   return {r, g, b};
 }
 
-int lattice_step(const Camera& camera) {
+int lattice_step(const Camera& shifted) {
   constexpr int kLargest = 16;
+  Camera camera = shifted;
+  camera.distortion.aligned = {};
   if (camera.distortion.is_identity() || shows_pole(camera.distortion.model)) return kLargest;
   // The error of bilinear interpolation over a square of edge s is at most s^2 / 8 times the sum of the second
   // derivatives along x and y. These are measured as second differences on a grid over the frame. They grow towards the

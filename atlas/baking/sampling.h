@@ -14,6 +14,9 @@
 
 namespace gpvc::atlas {
 
+/// Typical difference of a place between photos that fit each other (noise, highlights), grey levels.
+inline constexpr float kPhotoNoise = 3;
+
 struct Color {
   float r = 0, g = 0, b = 0;
 };
@@ -63,7 +66,8 @@ Color sample_bilinear(const Image& photo, double x, double y);
 
 /// Edge, in pixels, of squares within which photo_from_pixel may be interpolated bilinearly between the corners with an
 /// error below kLatticeErrorPx; a power of two from 1 to 16. 16 for a camera without distortion, and about a pole, where
-/// nothing is interpolated.
+/// nothing is interpolated. Not counted is what it smooths of the shifts of aligned photos: they are known to a tenth of a
+/// pixel.
 int lattice_step(const Camera& camera);
 
 /// Where neighbouring pixels differ by less than 100 grey levels, a shift by this changes a sample by less than one.

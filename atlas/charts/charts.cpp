@@ -405,4 +405,13 @@ ChartSet make_charts(const AtlasInput& input, const AtlasOptions& options, const
   return ChartMaker(input, options, neighbours, coverage, reduction).make();
 }
 
+std::optional<std::array<std::uint32_t, 2>> shared_edge(const Triangle& a, const Triangle& b) {
+  const auto in_b = [&](std::uint32_t v) { return std::find(b.begin(), b.end(), v) != b.end(); };
+  for (std::size_t e = 0; e < 3; ++e) {
+    const std::uint32_t u = a[e], v = a[(e + 1) % 3];
+    if (u != v && in_b(u) && in_b(v)) return std::array{u, v};
+  }
+  return std::nullopt;
+}
+
 }  // namespace gpvc::atlas

@@ -1,8 +1,10 @@
 // Charts: sets of faces that share a piece of a page, and where their corners lie in it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -81,5 +83,8 @@ using FaceNeighbours = Grouped<std::uint32_t>;
 /// faces). \pre options.page_size >= 2 * options.padding + kLeastRoom, 0 < reduction <= 1
 ChartSet make_charts(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                      const CoverageIndex& coverage, double reduction);
+
+/// The vertices of an edge that both faces have; nullopt for faces that share none or are degenerate.
+std::optional<std::array<std::uint32_t, 2>> shared_edge(const Triangle& a, const Triangle& b);
 
 }  // namespace gpvc::atlas

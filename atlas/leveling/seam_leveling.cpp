@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "atlas/blending/seam_blend.h"
+#include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
 
 namespace gpvc::atlas {
@@ -154,12 +155,14 @@ class Leveler {
 }  // namespace
 
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                           const BlendWeights& blending, SeamLeveling mode) {
+                           const FaceNeighbours& neighbours, const BlendWeights& blending, SeamLeveling mode) {
   LevelingResult result;
   if (mode == SeamLeveling::none) return result;
   std::vector<SeamEdge> edges = find_seams(input);
   SeamBlend blend(input, blending, edges);
-  SeamSamples seams = sample_seams(input, coverage, std::move(edges), &blend);
+  CutPatches cuts(input, neighbours);
+  SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &cuts});
+  result.cuts = cuts.measure();
   result.step_before = mean_step(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;
   result.correction = Leveler(input, set, seams, blend).level(mode);

@@ -24,13 +24,14 @@ struct LevelingResult {
   /// Absolute difference, in grey levels, of the means of both sides along a seam edge, averaged over channels and,
   /// weighted by length, over edges.
   double step_before = 0, step_after = 0;
+  CutMisfit cuts{};
 };
-GPVC_MEMBERS(LevelingResult, correction, step_before, step_after)
+GPVC_MEMBERS(LevelingResult, correction, step_before, step_after, cuts)
 
 /// none: no correction, reads no photo, steps are zero. global: exposure and offsets. full: strips, too. Deterministic.
 /// What `blending` adds to colours counts as theirs.
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                           const BlendWeights& blending, SeamLeveling mode);
+                           const FaceNeighbours& neighbours, const BlendWeights& blending, SeamLeveling mode);
 
 /// As the public fit_exposure, from samples taken before. Gains lie in [1 / kMostGain, kMostGain].
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);

@@ -10,6 +10,7 @@
 #include "atlas/baking/each_photo.h"
 #include "atlas/blending/coarse_photo.h"
 #include "atlas/blending/seam_blend.h"
+#include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
 #include "io/vector.h"
 
@@ -19,16 +20,6 @@ namespace {
 
 /// Strips need about a sample per texel along a seam; longer edges are sampled more sparsely.
 constexpr int kMostSamples = 512;
-
-/// The vertices of an edge that both faces have; nullopt for faces that share none or are degenerate.
-std::optional<std::array<std::uint32_t, 2>> shared_edge(const Triangle& a, const Triangle& b) {
-  const auto in_b = [&](std::uint32_t v) { return std::find(b.begin(), b.end(), v) != b.end(); };
-  for (std::size_t e = 0; e < 3; ++e) {
-    const std::uint32_t u = a[e], v = a[(e + 1) % 3];
-    if (u != v && in_b(u) && in_b(v)) return std::array{u, v};
-  }
-  return std::nullopt;
-}
 
 /// The mean squared change of colour, in the channel where it is largest, if the place moves at random: in x and in y by
 /// normal distributions of deviation kMisregistrationPx. A gradient would not do: an edge two pixels away has none here.
@@ -71,7 +62,7 @@ class Sampler {
  public:
   Sampler(const AtlasInput& input, const CoverageIndex& coverage) : input_(input), coverage_(coverage) {}
 
-  SeamSamples sample(std::vector<SeamEdge> edges, SeamBlend* blend) {
+  SeamSamples sample(std::vector<SeamEdge> edges, const TakenBeside& beside) {
     result_.edges = std::move(edges);
     const std::size_t count =
         result_.edges.empty() ? 0 : result_.edges.back().first_sample + result_.edges.back().samples;
@@ -83,15 +74,18 @@ class Sampler {
       for (std::size_t side = 0; side < 2; ++side)
         if (!is_finished(input_, edge.faces[side]))
           work[index(input_.labels[edge.faces[side]])].sides.emplace_back(&edge, side);
-    if (blend != nullptr)
-      for (std::uint32_t view = 0; view < work.size(); ++view) work[view].blends = blend->needs(ViewId{view});
+    for (std::uint32_t view = 0; view < work.size(); ++view) {
+      work[view].blends = beside.blend != nullptr && beside.blend->needs(ViewId{view});
+      work[view].cuts = beside.cuts != nullptr && beside.cuts->needs(ViewId{view});
+    }
     const auto fetch = [this](ViewId id) { return input_.photos.coarse(id); };
     each_fetched(
         work, PhotoOrder::ascending, fetch, [&](ViewId id, std::shared_ptr<const Image>& means, const Work& mine) {
+          if (mine.cuts) beside.cuts->take(id, *means);
           const CoarsePhoto photo(std::move(means));
           tbb::parallel_for(std::size_t{0}, mine.sides.size(),
                             [&](std::size_t i) { sample_side(*mine.sides[i].first, mine.sides[i].second, id, photo); });
-          if (mine.blends) blend->take(id, photo, result_.edges);
+          if (mine.blends) beside.blend->take(id, photo, result_.edges);
         });
     sample_finished();
     weigh();
@@ -102,8 +96,8 @@ class Sampler {
   /// What a view's photo is needed for.
   struct Work {
     std::vector<std::pair<const SeamEdge*, std::size_t>> sides;
-    bool blends = false;
-    bool empty() const { return sides.empty() && !blends; }
+    bool blends = false, cuts = false;
+    bool empty() const { return sides.empty() && !blends && !cuts; }
   };
 
   void sample_side(const SeamEdge& edge, std::size_t side, ViewId id, const CoarsePhoto& photo) {
@@ -187,8 +181,8 @@ std::vector<SeamEdge> find_seams(const AtlasInput& input) {
 }
 
 SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, std::vector<SeamEdge> edges,
-                         SeamBlend* blend) {
-  return Sampler(input, coverage).sample(std::move(edges), blend);
+                         const TakenBeside& beside) {
+  return Sampler(input, coverage).sample(std::move(edges), beside);
 }
 
 }  // namespace gpvc::atlas

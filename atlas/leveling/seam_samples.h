@@ -11,7 +11,8 @@
 
 namespace gpvc::atlas {
 
-class SeamBlend;  // blending/seam_blend.h
+class CutPatches;  // cut_misfit.h
+class SeamBlend;   // blending/seam_blend.h
 
 /// A mesh edge between two faces of different views, or between a finished and a new one (AtlasInput::finished), sampled about
 /// once a texel.
@@ -26,8 +27,6 @@ struct SeamEdge {
 /// the edges of objects. Along silhouettes and creases errors of the mesh move whole edges by pixels: the strip in which
 /// view selection distrusts photos is 5 px wide (labeling::CostOptions::margin_px), 2.5 standard deviations.
 inline constexpr float kMisregistrationPx = 2;
-/// Typical difference of a place between photos for other reasons (noise, highlights), grey levels.
-inline constexpr float kPhotoNoise = 3;
 
 struct SeamSamples {
   std::vector<SeamEdge> edges;
@@ -38,14 +37,19 @@ struct SeamSamples {
   std::vector<float> weight;
 };
 
+struct TakenBeside {
+  SeamBlend* blend = nullptr;  ///< null, or made from the same edges
+  CutPatches* cuts = nullptr;
+};
+
 /// Every edge between faces of different views, or between a finished face and a new one. O(pairs of faces).
 std::vector<SeamEdge> find_seams(const AtlasInput& input);
 
 /// Samples the edges that find_seams() finds. Fetches coarse photos, each at most once: strips and offsets need no fine detail,
 /// and its noise would count as a difference. A partial face is sampled only where its
 /// coverage shows it, so that no occluder's colour enters. O(edges + samples).
-/// \param blend null, or made from the same edges: takes what it needs on the way
+/// \param beside take what they need on the way
 SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, std::vector<SeamEdge> edges,
-                         SeamBlend* blend = nullptr);
+                         const TakenBeside& beside = {});
 
 }  // namespace gpvc::atlas

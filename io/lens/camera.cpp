@@ -155,10 +155,31 @@ std::optional<CameraPoint> io::ray_of_photo(const Camera& camera, const PhotoPoi
   return ray_of_lens(camera, {(p.x - camera.cx) / camera.fx, (p.y - camera.cy) / camera.fy}, most);
 }
 
-std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoint& p) {
-  if (camera.distortion.is_identity()) return PhotoPoint{p.x, p.y};
+std::array<double, 2> ShiftField::shift_at(const PixelPoint& p) const {
+  const double u = std::clamp(p.x / spacing, 0.0, columns - 1.0), v = std::clamp(p.y / spacing, 0.0, rows - 1.0);
+  const int column = std::min(static_cast<int>(u), columns - 2), row = std::min(static_cast<int>(v), rows - 2);
+  const double x = u - column, y = v - row;
+  const std::array<float, 2>* above = nodes.data() + static_cast<std::ptrdiff_t>(row) * columns + column;
+  const std::array<float, 2>* below = above + columns;
+  std::array<double, 2> shift{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double upper = std::lerp(double{above[0][i]}, double{above[1][i]}, x);
+    const double lower = std::lerp(double{below[0][i]}, double{below[1][i]}, x);
+    shift[i] = std::lerp(upper, lower, y);
+  }
+  return shift;
+}
+
+std::optional<PhotoPoint> photo_from_pixel(const Camera& camera, const PixelPoint& frame) {
+  const Distortion& distortion = camera.distortion;
+  PixelPoint p = frame;
+  if (!distortion.aligned.nodes.empty()) {
+    const auto [shift_x, shift_y] = distortion.aligned.shift_at(frame);
+    p = {p.x + shift_x, p.y + shift_y};
+  }
+  if (!distortion.has_lens()) return PhotoPoint{p.x, p.y};
   const double x = (p.x - camera.cx) / camera.fx, y = (p.y - camera.cy) / camera.fy;
-  return camera.distortion.motion.moves() ? through_moving_lens(camera, x, y) : through_lens(camera, x, y);
+  return distortion.motion.moves() ? through_moving_lens(camera, x, y) : through_lens(camera, x, y);
 }
 
 std::optional<PixelPoint> pixel_from_photo(const Camera& camera, const PhotoPoint& p) {

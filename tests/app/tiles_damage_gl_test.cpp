@@ -38,14 +38,15 @@ void rewrite(const JobFolder& folder, const fs::path& file, const Write& write) 
 TEST_F(TilesJob, ValuesThatNoUnitLeavesAreRefusedThoughTheHashIsRight) {
   const JobFolder made = job(1000);
   const std::string choose = choose_unit(0, kRounds, 0), bake = bake_unit(0, 0);
-  const std::array<std::array<std::string, 2>, 8> read_by{{{"mesh/tile-0", "cost-0-0"},
+  const std::array<std::array<std::string, 2>, 9> read_by{{{"mesh/tile-0", "cost-0-0"},
                                                            {"units/see-0-0/views", "judge"},
                                                            {"units/see-0-0/tile-0", "cost-0-0"},
                                                            {"units/judge/photos", "cost-0-0"},
                                                            {"units/cost-0-0/costs", choose},
                                                            {"units/" + choose + "/labels", bake},
-                                                           {"units/" + expose_unit(0) + "/ratios", kLevelUnit},
-                                                           {"units/level/exposure", bake}}};
+                                                           {"units/" + expose_unit(0) + "/relations", kLevelUnit},
+                                                           {"units/level/exposure", bake},
+                                                           {"units/level/alignment", bake}}};
   std::mt19937 random(3);
   std::size_t refused = 0;
   for (const std::array<std::string, 2>& each : read_by)

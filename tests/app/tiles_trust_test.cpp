@@ -135,9 +135,10 @@ TEST_F(JobTrust, AMaskThatChangesCounts) {
 TEST_F(JobTrust, FilesThatOthersChangedAreNamedAndMadeAgain) {
   take_job();
   const auto before = result(out_);
-  for (const char* name : {"result/tiles/0_1.glb", "result/obj/2/model.obj", "result/obj/3/model_0.jpg",
-                           "result/tileset.json", "units/see-0-1/tile-2", "units/judge/photos", "units/cost-0-2/costs",
-                           "units/choose-0-2-1/labels", "units/expose-3/ratios", "units/level/exposure"}) {
+  for (const char* name :
+       {"result/tiles/0_1.glb", "result/obj/2/model.obj", "result/obj/3/model_0.jpg", "result/tileset.json",
+        "units/see-0-1/tile-2", "units/judge/photos", "units/cost-0-2/costs", "units/choose-0-2-1/labels",
+        "units/expose-3/relations", "units/level/exposure", "units/level/alignment"}) {
     flip_byte(out_ / name);
     const Outcome again = unit({"--all"});
     EXPECT_EQ(again.exit_code, 0);

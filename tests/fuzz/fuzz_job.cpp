@@ -11,10 +11,11 @@ const std::vector<JobFile> kJobParts{{"mesh/scene", {"see-0-0"}},
                                      {"units/judge/photos", {"cost-0-0"}},
                                      {"units/cost-0-0/costs", {"choose-0-1-0", "expose-0", "bake-0-0"}},
                                      {"units/choose-0-2-0/labels", {"expose-0", "bake-0-0"}},
-                                     {"units/expose-0/ratios", {"level"}},
+                                     {"units/expose-0/relations", {"level"}},
                                      {"units/level/exposure", {"bake-0-0", "bake-1-0"}},
                                      {"units/simplify-1-0/tile", {"ring-1-0", "finish"}},
-                                     {"units/ring-1-0/tile", {"see-1-0", "cost-1-0", "bake-1-0"}}};
+                                     {"units/ring-1-0/tile", {"see-1-0", "cost-1-0", "bake-1-0"}},
+                                     {"units/level/alignment", {"bake-0-0", "bake-1-0"}}};
 
 std::vector<std::string> part_seeds(const std::filesystem::path&) { return job_seeds(kJobParts, stored); }
 

@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <tuple>
+#include <utility>
+
+#include "atlas/alignment/alignment.h"
+#include "atlas/alignment/cut_places.h"
+#include "atlas/alignment/place_patches.h"
+#include "atlas/baking/each_photo.h"
+#include "io/vector.h"
+
+namespace gpvc::atlas {
+
+namespace {
+
+/// Edge, in pixels, of the squares of a frame that have one place each: some four in a cell of a field of a 12-megapixel photo.
+constexpr double kPlaceSpacing = 64;
+/// So many tell of a field's nodes in all photos; beyond, places are left out evenly.
+constexpr std::size_t kMostPlaces = 1 << 17;
+/// Bytes that a place takes, and the least that are compared at a time.
+constexpr std::size_t kPlaceBytes = 5000, kLeastBatch = 256;
+
+WorldPoint middle_of(const Mesh& mesh, std::uint32_t face) {
+  const Triangle& t = mesh.faces[face];
+  return (1.0 / 3) * (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]);
+}
+
+/// Of the views that see the face, other than the reference, the best ones.
+ComparedPlace compared_place(const AtlasInput& input, const SurfacePlace& on) {
+  const auto views = input.candidates.views_of(on.face);
+  const auto costs = input.candidates.costs_of(on.face);
+  std::vector<std::pair<float, std::uint32_t>> others;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (views[i] != index(on.reference)) others.emplace_back(costs[i], views[i]);
+  std::ranges::sort(others);
+  ComparedPlace place{on, {}, std::min(others.size(), ComparedPlace::kMostOthers)};
+  for (std::size_t i = 0; i < place.count; ++i) place.others[i] = ViewId{others[i].second};
+  return place;
+}
+
+/// In each square of a view's frame, of the faces that the view textures, the one whose middle is nearest to the square's.
+std::vector<ComparedPlace> places_to_match(const AtlasInput& input) {
+  struct Found {
+    std::uint32_t view;
+    std::int32_t row, column;
+    double distance2;
+    std::uint32_t face;
+    PixelPoint at;
+    auto square() const { return std::tuple(view, row, column); }
+  };
+  std::vector<Found> found;
+  for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
+    if (input.labels[face] == kNoView || input.tags[face] != labeling::FaceTag::seen) continue;
+    if (!input.border.empty() && input.border[face] != 0) continue;
+    if (input.candidates.views_of(face).size() < 2) continue;
+    const auto view = static_cast<std::uint32_t>(index(input.labels[face]));
+    const auto at = pixel_from_world(input.scene.views[view], middle_of(input.mesh, face));
+    if (!at || !is_in_frame(input.scene.views[view].camera, *at)) continue;
+    const double column = std::floor(at->x / kPlaceSpacing), row = std::floor(at->y / kPlaceSpacing);
+    const double x = at->x / kPlaceSpacing - column - 0.5, y = at->y / kPlaceSpacing - row - 0.5;
+    found.push_back(
+        {view, static_cast<std::int32_t>(row), static_cast<std::int32_t>(column), x * x + y * y, face, *at});
+  }
+  std::ranges::sort(found, {}, [](const Found& f) { return std::tuple(f.square(), f.distance2, f.face); });
+  const auto same = [](const Found& a, const Found& b) { return a.square() == b.square(); };
+  found.erase(std::unique(found.begin(), found.end(), same), found.end());
+  std::vector<ComparedPlace> places;
+  const std::size_t stride = found.size() / kMostPlaces + 1;
+  for (std::size_t i = 0; i < found.size(); i += stride)
+    places.push_back(compared_place(input, {ViewId{found[i].view}, found[i].at, found[i].face}));
+  return places;
+}
+
+std::optional<PhotoMatch> match_of(const AtlasInput& input, const ComparedPlace& place, const PlaceComparison& one) {
+  if (!one.shift) return std::nullopt;
+  const ViewId other = place.others[one.other];
+  const auto point = point_on_face(input.mesh, input.scene, place.on);
+  const auto at = point ? pixel_from_world(input.scene.views[index(other)], *point) : std::nullopt;
+  const auto change = other_from_reference(input.mesh, input.scene, place.on, other);
+  if (!at || !change || !inverse(*change)) return std::nullopt;
+  const auto as_float = [](double value) { return static_cast<float>(value); };
+  PhotoMatch match;
+  match.views = {static_cast<std::uint32_t>(index(place.on.reference)), static_cast<std::uint32_t>(index(other))};
+  match.at = {as_float(place.on.at.x), as_float(place.on.at.y), as_float(at->x), as_float(at->y)};
+  match.shift = {as_float(one.shift->x), as_float(one.shift->y)};
+  std::ranges::transform(one.shift->information, match.information.begin(), as_float);
+  std::ranges::transform(*change, match.second_from_first.begin(), as_float);
+  return match;
+}
+
+void add_matches(const AtlasInput& input, const FaceNeighbours& neighbours, std::span<const ComparedPlace> places,
+                 std::vector<PhotoMatch>& matches) {
+  PlacePatches patches(input, neighbours, places);
+  struct Work {
+    bool is_needed = false;
+    bool empty() const { return !is_needed; }
+  };
+  std::vector<Work> work(input.scene.views.size());
+  for (std::uint32_t v = 0; v < work.size(); ++v) work[v].is_needed = patches.needs(ViewId{v});
+  const auto fetch = [&](ViewId id) { return input.photos.coarse(id); };
+  each_fetched(work, PhotoOrder::ascending, fetch,
+               [&](ViewId id, const std::shared_ptr<const Image>& means, const Work&) { patches.take(id, *means); });
+  for (const PlaceComparison& one : patches.compare())
+    if (const auto match = match_of(input, places[one.place], one)) matches.push_back(*match);
+}
+
+}  // namespace
+
+std::vector<PhotoMatch> match_photos(const AtlasInput& input, const FaceNeighbours& neighbours, std::size_t bytes) {
+  // What lies on cuts is what one sees: there photos are compared more closely.
+  std::vector<ComparedPlace> places = places_to_match(input);
+  const std::vector<ComparedPlace> cuts = cut_places(input);
+  places.insert(places.end(), cuts.begin(), cuts.end());
+  std::vector<PhotoMatch> matches;
+  for (std::span<const ComparedPlace> left = places; !left.empty();) {
+    const std::size_t count = std::min(left.size(), std::max(kLeastBatch, bytes / kPlaceBytes));
+    add_matches(input, neighbours, left.first(count), matches);
+    left = left.subspan(count);
+  }
+  return matches;
+}
+
+std::vector<PhotoMatch> match_photos(const AtlasInput& input) {
+  return match_photos(input, group_neighbours(input.mesh.faces.size(), input.graph.edges), kMatchBytes);
+}
+
+}  // namespace gpvc::atlas
