@@ -397,10 +397,17 @@ bool is_small(float shift) { return std::abs(shift) <= static_cast<float>(kMostS
 bool is_sound(const PhotoMatch& match, const Scene& scene) {
   const auto is_finite = [](float value) { return std::isfinite(value); };
   const auto is_reached = [](float shift) { return is_small(shift); };
+  // Patches are compared where both views show a place about alike. Larger numbers would end in sums that are none.
+  constexpr float kMostChange = 64, kMostInformation = 1e9f;
+  const auto is_change = [](float value) { return std::abs(value) <= kMostChange; };
+  const auto& [xx, xy, yy] = match.information;
+  // Of a straight edge both sides are equal, but for the rounding of sums of 256 floats, 40 times 6e-8 for each of four factors.
+  constexpr double kRounding = 1 + 1e-5;
   return std::ranges::all_of(match.views, [&](std::uint32_t view) { return view < scene.views.size(); }) &&
-         std::ranges::all_of(match.at, is_finite) && std::ranges::all_of(match.shift, is_reached) &&
-         std::ranges::all_of(match.information, is_finite) && match.information[0] >= 0 && match.information[2] >= 0 &&
-         std::ranges::all_of(match.second_from_first, is_finite);
+         std::ranges::all_of(match.at, is_finite) && std::ranges::all_of(match.shift, is_reached) && xx >= 0 &&
+         yy >= 0 && xx <= kMostInformation && yy <= kMostInformation &&
+         double{xy} * double{xy} <= kRounding * double{xx} * double{yy} &&
+         std::ranges::all_of(match.second_from_first, is_change);
 }
 
 bool is_sound(const ShiftField& field) {

@@ -86,7 +86,7 @@ std::optional<PhotoMatch> match_of(const AtlasInput& input, const ComparedPlace&
   match.shift = {as_float(one.shift->x), as_float(one.shift->y)};
   std::ranges::transform(one.shift->information, match.information.begin(), as_float);
   std::ranges::transform(*change, match.second_from_first.begin(), as_float);
-  return match;
+  return is_sound(match, input.scene) ? std::optional(match) : std::nullopt;
 }
 
 void add_matches(const AtlasInput& input, const FaceNeighbours& neighbours, std::span<const ComparedPlace> places,

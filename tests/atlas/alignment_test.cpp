@@ -257,6 +257,13 @@ TEST(Alignment, FieldsAndMatchesThatNoFitLeavesAreToldFromOthers) {
   match.views = {0, 2};
   match.shift[1] = INFINITY;
   EXPECT_FALSE(is_sound(match, scene));
+  match.shift[1] = 0;
+  match.information = {1, 3, 1};  // of no covariance
+  EXPECT_FALSE(is_sound(match, scene));
+  match.information = {1, 1, 1};
+  EXPECT_TRUE(is_sound(match, scene));
+  match.second_from_first[0] = 1e30f;
+  EXPECT_FALSE(is_sound(match, scene));
 }
 
 TEST(Alignment, PhotosThatFitStayAsTheyAre) {
