@@ -177,7 +177,8 @@ class AtlasPlan {
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
 /// Exposure per view from the ratios across the seams of all faces, for AtlasInput::exposure. In each channel the
-/// geometric mean of the gains over all faces is one, so that the texture as a whole keeps its brightness. Fetches the coarse
+/// geometric mean of the gains over all faces is one, so that the texture as a whole keeps its brightness. Over a long flight
+/// photos keep theirs: seams tell gains of photos a few seams apart from each other, but a small error of each would add up. Fetches the coarse
 /// colours of each photo at most once.
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 
@@ -185,10 +186,10 @@ std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 struct SeamRatio {
   std::array<std::uint32_t, 2> views{};         ///< index(ViewId)
   std::array<std::array<double, 3>, 2> logs{};  ///< of the mean colour on each side, per channel
-  std::array<double, 2> r2{};                   ///< squared radius of the edge's middle in each frame
+  std::array<std::array<double, 2>, 2> at{};    ///< x and y of the edge's middle in each frame, px
   double weight = 0;
 };
-GPVC_MEMBERS(SeamRatio, views, logs, r2, weight)
+GPVC_MEMBERS(SeamRatio, views, logs, at, weight)
 
 /// The ratios across seams whose lower-numbered face is not in the border: parts of a mesh that have each other's faces in
 /// their borders then give each seam once. Fetches the coarse colours of each photo at most once.

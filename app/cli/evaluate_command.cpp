@@ -136,7 +136,8 @@ Evaluated::Evaluated(const EvaluateCommandOptions& options, RunRecord& record) {
 }
 
 Json truth_json(const evaluate::TruthScore& score) {
-  return {{"all", evaluate::shares_json(score.all)},
+  return {{"light", evaluate::light_json(score.light)},
+          {"all", evaluate::shares_json(score.all)},
           {"seen_whole", evaluate::shares_json(score.full)},
           {"seen_in_parts", evaluate::shares_json(score.partial)},
           {"faces", score.faces},

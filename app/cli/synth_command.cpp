@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cmath>
 
 #include "app/cli/interrupt.h"
@@ -19,12 +20,26 @@ constexpr double kLeastGain = 0.7, kMostGain = 1.4, kVignetting = 0.3;
 /// The gains of two successive photos have the product kLeastGain * kMostGain, about 1. Photos do not show how bright the
 /// scene is as a whole, so levelled colours are expected at the mean of the gains.
 synth::Exposure exposure_of(const SynthOptions& options, std::size_t view) {
-  if (!options.exposure) return {};
+  synth::Exposure result;
   const std::uint32_t seed = options.flight.seed, number = static_cast<std::uint32_t>(view);
-  const double t = synth::synth_chance(seed, number / 2, 8101);
-  const double first = kLeastGain + (kMostGain - kLeastGain) * t;
-  return {number % 2 == 0 ? first : kLeastGain * kMostGain / first,
-          kVignetting * synth::synth_chance(seed, number, 8102)};
+  if (options.exposure) {
+    const double t = synth::synth_chance(seed, number / 2, 8101);
+    const double first = kLeastGain + (kMostGain - kLeastGain) * t;
+    result.gain.fill(number % 2 == 0 ? first : kLeastGain * kMostGain / first);
+    result.vignetting = kVignetting * synth::synth_chance(seed, number, 8102);
+  }
+  // Every gain is made from the one before: half of a step is common to all channels. It turns back at the bounds.
+  std::array<double, 3> walk{1, 1, 1};
+  for (std::uint32_t n = 0; n < number && options.wander > 0; ++n) {
+    const auto chance = [&](std::uint32_t what) { return 2 * synth::synth_chance(seed, n, 8104 + what) - 1; };
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      const double step = 1 + options.wander * (chance(0) + chance(1 + c)) / 2;
+      const double next = walk[c] * step;
+      walk[c] = next < kLeastGain || next > kMostGain ? walk[c] / step : next;
+    }
+  }
+  for (std::size_t c = 0; c < 3; ++c) result.gain[c] *= walk[c];
+  return result;
 }
 
 // How far the middle of a photo moves over its exposure, in pixels: evenly spread over a disc.
@@ -57,6 +72,7 @@ synth::Shot shot_of(const SynthOptions& options, const Camera& camera, std::size
   shot.shake.turn_rad = {shake.y / camera.fy, -shake.x / camera.fx, 0};
   shot.shake.travel_m = {travel_of(options, view), 0, 0};
   shot.visibility_m = options.visibility_m;
+  shot.backscatter = options.backscatter;
   shot.rays = options.rays;
   shot.reflections = options.reflections;
   return shot;
@@ -64,13 +80,14 @@ synth::Shot shot_of(const SynthOptions& options, const Camera& camera, std::size
 
 // True if clean photos would be others.
 bool imperfect(const SynthOptions& o) {
-  return o.exposure || o.unmodelled.any() || o.reflections || o.aperture_m > 0 || o.shake_px > 0 || o.travel_m > 0 ||
-         o.visibility_m > 0;
+  return o.exposure || o.wander > 0 || o.backscatter != 0 || o.unmodelled.any() || o.reflections || o.aperture_m > 0 ||
+         o.shake_px > 0 || o.travel_m > 0 || o.visibility_m > 0;
 }
 
 Json options_json(const SynthOptions& o) {
   return {{"faces", o.faces},
           {"photos", o.flight.photos},
+          {"nadir", o.flight.all_nadir},
           {"width", o.flight.width},
           {"height", o.flight.height},
           {"size_m", o.flight.size_m},
@@ -82,6 +99,8 @@ Json options_json(const SynthOptions& o) {
           {"pose_error_px", o.errors.pose_px},
           {"lens_error_px", o.errors.lens_px},
           {"exposure", o.exposure},
+          {"wander", o.wander},
+          {"backscatter", o.backscatter},
           {"cars", o.unmodelled.cars},
           {"people", o.unmodelled.people},
           {"fences", o.unmodelled.fences},
@@ -175,8 +194,10 @@ void write_truth(const SynthOptions& options, const synth::SynthScene& scene, co
                              {"vignetting", e.vignetting},
                              {"shake_px", Json::array({shake.x, shake.y})},
                              {"travel_m", travel_of(options, v)}};
-    least = std::min(least, e.at(1));
-    most = std::max(most, e.gain);
+    for (std::size_t c = 0; c < 3; ++c) {
+      least = std::min(least, e.at(c, 1));
+      most = std::max(most, e.gain[c]);
+    }
   }
   const Json truth = {{"surfaces", scene.surfaces.size()},
                       {"moving_surfaces", unmodelled_of(options, 0).surfaces.size()},

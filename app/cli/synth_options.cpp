@@ -55,6 +55,7 @@ void add_scene_options(const OptionGroup& group, const Kind& kind, SynthOptions&
   group.add("--seed", flight.seed, "N", "Another scene for each number")->default_str("1");
   group.number("--photos", flight.photos, 1, 5000, "N",
                "Photos, a fifth of them nadir, the rest oblique from four sides");
+  group.flag("--nadir", flight.all_nadir, "Let all photos look straight down");
   group.parsed(
       "--photo-size", [&flight](const std::string& text) { parse_photo_size(text, flight); }, "WxH",
       fmt::format("{}x{}", flight.width, flight.height), "Size of the photos in pixels");
@@ -100,6 +101,10 @@ void add_imperfections(const OptionGroup& group, SynthOptions& options) {
   group.number("--lens-error", options.errors.lens_px, -100.0, 100.0, "PX",
                "Write a lens by which the corners of all photos are off by PX pixels");
   group.flag("--exposure", options.exposure, "Give each photo its own gain, 0.7 to 1.4, and darker corners");
+  group.number("--wander", options.wander, 0.0, 0.5, "SHARE",
+               "Let gain and white balance wander along the flight: by up to SHARE from photo to photo, 0 to 0.5");
+  group.number("--backscatter", options.backscatter, 0.0, 2.0, "SHARE",
+               "Let all be brighter by SHARE where one looks straight away from the sun than across its rays, 0 to 2");
   if (options.kind == SynthKind::city) {
     synth::Unmodelled& what = options.unmodelled;
     group.number("--cars", what.cars, 0, 1000, "N", "Moving cars in each photo, none of them in the mesh");

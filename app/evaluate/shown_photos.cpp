@@ -20,9 +20,12 @@ Pixel ShownPhoto::color(int x, int y) const {
   const double dx = (x + 0.5) / photo->width * 2 - 1, dy = (y + 0.5) / photo->height * 2 - 1;
   // The synthetic camera's vignetting grows with the squared distance in pixels, which is 1 in the corners.
   const double w = photo->width, h = photo->height;
-  const auto scale = static_cast<float>(1 / exposure.at((dx * dx * w * w + dy * dy * h * h) / (w * w + h * h)));
+  const double corner_share = (dx * dx * w * w + dy * dy * h * h) / (w * w + h * h);
   const std::uint8_t* p = photo->at(x, y);
-  return {scale * static_cast<float>(p[0]), scale * static_cast<float>(p[1]), scale * static_cast<float>(p[2])};
+  Pixel color{};
+  for (std::size_t c = 0; c < 3; ++c)
+    color[c] = static_cast<float>(1 / exposure.at(c, corner_share)) * static_cast<float>(p[c]);
+  return color;
 }
 
 ShownPhoto::Window ShownPhoto::window(const PhotoPoint& at, std::uint32_t of) const {

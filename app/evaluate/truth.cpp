@@ -74,7 +74,8 @@ Truth read_truth(const fs::path& dir) {
     truth.least_gain = json.at("least_gain").get<double>();
     truth.most_gain = json.at("most_gain").get<double>();
     for (const auto& [name, exposure] : json.at("photos").items())
-      truth.exposures[name] = {exposure.at("gain").get<double>(), exposure.at("vignetting").get<double>()};
+      truth.exposures[name] = {exposure.at("gain").get<std::array<double, 3>>(),
+                               exposure.at("vignetting").get<double>()};
   } catch (const nlohmann::json::exception& e) {
     throw InputError(file, "", e.what());
   }

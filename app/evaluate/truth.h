@@ -99,7 +99,16 @@ struct TruthShares {
 /// two encodings) and what levelling of seams leaves.
 inline constexpr double kColorTolerance = 16;
 
+/// How far brightness and tint of a model wander off the truth, once one gain per channel for the whole model is removed: in squares of
+/// a twentieth of the ground's longer edge, by the medians of the texels' ratios to the mean of their own colours.
+struct TruthLight {
+  std::size_t places = 0;                          ///< squares with enough points
+  double brightness_worst = 0, brightness_95 = 0;  ///< as shares: the worst square, and what 95 % of them stay below
+  double tint_worst = 0, tint_95 = 0;              ///< the channel that is farthest off the mean of the three
+};
+
 struct TruthScore {
+  TruthLight light;
   TruthShares all, full, partial;          ///< faces some used view sees fully; only partially
   std::array<std::size_t, 3> faces{};      ///< by best class: full, partial, neither
   std::array<std::size_t, 3> textured{};   ///< faces of each that the model textures

@@ -111,6 +111,7 @@ TruthScore TruthScorer::score(const MatchedModel& model, const Progress& progres
   const std::vector<double> others = other_distances(input_, photos_, points_, texels, progress);
   TruthScore score;
   score.samples = points_.seen.size();
+  score.light = light_of(input_.truth.mesh, points_, texels.colors);
   count_faces(input_.mesh, points_.best, model, score);
   for (std::size_t i = 0; i < points_.seen.size(); ++i) {
     const auto& [face, b, c, area] = points_.seen[i];

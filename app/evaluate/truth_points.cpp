@@ -178,7 +178,9 @@ void OwnColors::add(const Pixel& p) {
   for (std::size_t i = 0; i < 3; ++i) {
     least[i] = std::min(least[i], p[i]);
     most[i] = std::max(most[i], p[i]);
+    sum[i] += p[i];
   }
+  ++count;
 }
 
 double OwnColors::distance(const Pixel& p) const {

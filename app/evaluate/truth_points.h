@@ -28,6 +28,8 @@ struct FacePoint {
 /// The colours, at an exposure of 1, that photos show of a point: from the least to the most of each channel.
 struct OwnColors {
   Pixel least{1e9F, 1e9F, 1e9F}, most{-1e9F, -1e9F, -1e9F};
+  Pixel sum{};
+  float count = 0;
   void add(const Pixel& p);
   /// How far outside a colour lies, in the channel where that is farthest.
   double distance(const Pixel& p) const;

@@ -45,6 +45,14 @@ std::string truth_table(const TruthScore& score, const OriginScore* origins) {
   line("seen whole by a view", score.faces[0], score.textured[0], score.full);
   line("seen only in parts", score.faces[1], score.textured[1], score.partial);
   table += fmt::format("{:<22}{:>9}{:>10}\n", "seen by none", score.faces[2], score.textured[2]);
+  const TruthLight& light = score.light;
+  if (light.places > 0)
+    table += fmt::format(
+        "Off the true light, but for one gain of the whole: brightness by {:.1f} % at worst, {:.1f} % in 95 % of the "
+        "places; tint "
+        "{:.1f} %, {:.1f} %\n",
+        percent(light.brightness_worst), percent(light.brightness_95), percent(light.tint_worst),
+        percent(light.tint_95));
   return origins == nullptr ? table : table + origin_table(*origins);
 }
 
@@ -56,6 +64,14 @@ Json shares_json(const TruthShares& s) {
           {"unexplained", s.unexplained},
           {"undetectable", s.undetectable},
           {"right", s.textured * (1 - s.wrong)}};
+}
+
+Json light_json(const TruthLight& light) {
+  return {{"places", light.places},
+          {"brightness_worst", light.brightness_worst},
+          {"brightness_95", light.brightness_95},
+          {"tint_worst", light.tint_worst},
+          {"tint_95", light.tint_95}};
 }
 
 Json shares_json(const OriginShares& s) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -29,6 +30,9 @@ class TruthScorer {
   TruthPoints points_;
 };
 
+/// `texels`: of a model at the seen points. O(points).
+TruthLight light_of(const Mesh& mesh, const TruthPoints& points, std::span<const std::optional<Pixel>> texels);
+
 /// Where two photos are blended, the greater of both verdicts counts.
 enum class OriginVerdict : std::uint8_t { filled, right, edge, wrong };
 
@@ -42,5 +46,6 @@ std::string truth_table(const TruthScore& score, const OriginScore* origins);
 /// The shares as run.json and compare's report have them.
 Json shares_json(const TruthShares& shares);
 Json shares_json(const OriginShares& shares);
+Json light_json(const TruthLight& light);
 
 }  // namespace gpvc::evaluate

@@ -2,18 +2,21 @@
 // it uses nothing of libm but sqrt, for the same bits on every machine.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "io/scene.h"
 
 namespace gpvc::synth {
 
-/// A photo's exposure: colours are multiplied by `gain`, and by 1 - `vignetting` in the corners.
+/// A photo's exposure: channels are multiplied by `gain`, and by 1 - `vignetting` in the corners.
 struct Exposure {
-  double gain = 1, vignetting = 0;
-  /// Factor at the squared distance from the middle of the photo, where 1 is a corner.
-  double at(double corner_share) const { return gain * (1 - vignetting * corner_share); }
+  std::array<double, 3> gain{1, 1, 1};
+  double vignetting = 0;
+  /// A channel's factor at the squared distance from the middle of the photo, where 1 is a corner.
+  double at(std::size_t channel, double corner_share) const { return gain[channel] * (1 - vignetting * corner_share); }
 };
 
 /// A thin lens in the camera's centre; without an aperture, a pinhole.
@@ -48,6 +51,7 @@ struct Shot {
   /// Rays a pixel of a photo with an aperture or shake, a multiple of 4: one for each of as many places on the lens and
   /// moments of the exposure. Sharp photos take 4.
   int rays = 64;
+  double backscatter = 0;  ///< how much brighter all is where one looks straight away from the sun than across its rays
   bool reflections = false;  ///< window panes mirror sky, sun and what is around them
   bool sharp() const { return lens.aperture_m == 0 && shake.none(); }
 };

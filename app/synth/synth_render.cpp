@@ -288,6 +288,16 @@ struct SynthRenderer::State {
       }
   }
 
+  // How much brighter than straight below what a sample shows is, because it lies nearer to the shadow of the camera.
+  static double backscattered(const Pose& pose, const Shot& shot, const PixelPoint& plane) {
+    if (shot.backscatter == 0 || !std::isfinite(plane.x)) return 0;
+    const auto& r = pose.rotation;
+    const WorldPoint forward =
+        unit(WorldPoint{r[0] * plane.x + r[3] * plane.y + r[6], r[1] * plane.x + r[4] * plane.y + r[7],
+                        r[2] * plane.x + r[5] * plane.y + r[8]});
+    return shot.backscatter * (-dot(forward, shot.towards_sun) - shot.towards_sun.z);
+  }
+
   // Keeps the samples of the camera, which all photos of a flight share, unless they are too many.
   void prepare(const Camera& camera) {
     constexpr std::size_t kMost = (std::size_t{256} << 20) / sizeof(PixelPoint);
@@ -343,10 +353,13 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Sh
       photo.surfaces[index] = seen.surface;
       photo.unmodelled[index] = static_cast<std::uint8_t>((255 * seen.unmodelled + seen.rays / 2) / seen.rays);
       const double dx = x + 0.5 - half_x, dy = y + 0.5 - half_y;
-      const double gain = shot.exposure.at((dx * dx + dy * dy) / (half_x * half_x + half_y * half_y));
+      const double corner_share = (dx * dx + dy * dy) / (half_x * half_x + half_y * half_y);
+      const double light = 1 + State::backscattered(pose, shot, *at);
       std::uint8_t* out = image.at(x, y);
-      for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double gain = light * shot.exposure.at(i, corner_share);
         out[i] = static_cast<std::uint8_t>(std::clamp(gain * seen.sum[i] + 0.5, 0.0, 255.0));
+      }
     }
   });
   state_->unmodelled.reset();

@@ -216,7 +216,15 @@ bool is_sound(std::span<const ViewTells> views, const Scene& scene) {
 }
 
 bool is_sound(const atlas::SeamRatio& ratio, const Scene& scene) {
-  return are_below(ratio.views, scene.views.size()) && is_finite(ratio) && ratio.weight >= 0;
+  if (!are_below(ratio.views, scene.views.size()) || !is_finite(ratio) || !(ratio.weight >= 0)) return false;
+  // In the frame, or as far beside it as alignment may move a place.
+  constexpr double kBeside = 32;
+  for (std::size_t s = 0; s < 2; ++s) {
+    const Camera& camera = scene.views[ratio.views[s]].camera;
+    const auto& [x, y] = ratio.at[s];
+    if (x < -kBeside || y < -kBeside || x > camera.width + kBeside || y > camera.height + kBeside) return false;
+  }
+  return true;
 }
 
 bool is_sound(std::span<const ViewId> labels, const Scene& scene) {

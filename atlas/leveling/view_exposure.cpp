@@ -1,4 +1,10 @@
 // Exposure and vignetting per view, fitted to the seams between views.
+//
+// Seams cannot tell gains that rise evenly from photo to photo from surfaces that are brighter with the sun behind the camera, as
+// fields are: in both cases the next photo shows the same place a little brighter. Taken for gains, a per cent at each seam would make
+// one end of a flight twice as bright as the other. So the fit has a term for the direction of sight, which takes such a trend and is not
+// applied, and photos are held to the brightness that they were made with, over more than a few seams.
+#include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
@@ -12,10 +18,18 @@
 #include <utility>
 
 #include "atlas/leveling/seam_leveling.h"
+#include "io/order_statistics.h"
 
 namespace gpvc::atlas {
 
 namespace {
+
+using Logs = std::array<double, 3>;  ///< per channel
+
+/// Photos in a line over which seams tell their gains, and so many where the photos' own brightness is not known yet. Of 30, 8, 4 and 3,
+/// 4 is best or close to it by the colours of photos held out of three scenes, and by flights whose gains wander. Across a few photos,
+/// the square root of their number, little adds up, and the reach is longer.
+constexpr double kReach = 4, kWideReach = 32;
 
 ViewExposure neutral_exposure(const Camera& c) {
   ViewExposure e;
@@ -28,8 +42,7 @@ ViewExposure neutral_exposure(const Camera& c) {
 }
 
 /// nullopt if no sample of the edge counts, or if a channel is too dark or too bright.
-std::optional<SeamRatio> ratio_across(const AtlasInput& input, const SeamSamples& seams, const SeamEdge& edge,
-                                      std::span<const ViewExposure> neutral) {
+std::optional<SeamRatio> ratio_across(const AtlasInput& input, const SeamSamples& seams, const SeamEdge& edge) {
   // Sensors quantize and clip: below kDarkest a level is several per cent, and above kBrightest values are unreliable.
   constexpr float kDarkest = 8, kBrightest = 250, kMostWeight = 64;
   std::array<Color, 2> sum;
@@ -50,9 +63,7 @@ std::optional<SeamRatio> ratio_across(const AtlasInput& input, const SeamSamples
   for (std::size_t s = 0; s < 2; ++s) {
     const Color c = (1.0f / total) * sum[s];
     ratio.views[s] = static_cast<std::uint32_t>(input.labels[edge.faces[s]]);
-    const ViewExposure& e = neutral[ratio.views[s]];
-    const double dx = middle[s].x / double{total} - e.centre_x, dy = middle[s].y / double{total} - e.centre_y;
-    ratio.r2[s] = (dx * dx + dy * dy) * e.inverse_radius2;
+    ratio.at[s] = {middle[s].x / double{total}, middle[s].y / double{total}};
     std::size_t k = 0;
     for (const float value : {c.r, c.g, c.b}) {
       if (!(value >= kDarkest && value <= kBrightest)) return std::nullopt;
@@ -62,7 +73,8 @@ std::optional<SeamRatio> ratio_across(const AtlasInput& input, const SeamSamples
   return ratio;
 }
 
-/// Unknowns: three log gains for each view, then k1 and k2 for each camera.
+/// Unknowns: three log gains for each view, then k1 and k2 for each camera, then a vector of the world whose product with the
+/// direction of sight, one unit along the view's axis, is the log by which colours are darker for where they are seen from.
 struct Unknowns {
   explicit Unknowns(const Scene& scene) : views(scene.views.size()) {
     std::map<std::tuple<int, int, double, double>, std::size_t> numbers;
@@ -76,7 +88,8 @@ struct Unknowns {
   int falloff(std::uint32_t view, std::size_t k) const {
     return static_cast<int>(3 * views + 2 * camera_of_view[view] + k);
   }
-  Eigen::Index count() const { return static_cast<Eigen::Index>(3 * views + 2 * cameras); }
+  int sight(std::size_t axis) const { return static_cast<int>(3 * views + 2 * cameras + axis); }
+  Eigen::Index count() const { return static_cast<Eigen::Index>(3 * views + 2 * cameras + 3); }
 
   std::vector<std::size_t> camera_of_view;
   std::size_t views, cameras = 0;
@@ -107,11 +120,10 @@ std::vector<ViewExposure> neutral_exposures(const Scene& scene) {
 /// \param counts tells which edges count
 template <typename Counts>
 std::vector<SeamRatio> ratios_across(const AtlasInput& input, const SeamSamples& seams, const Counts& counts) {
-  const std::vector<ViewExposure> neutral = neutral_exposures(input.scene);
   std::vector<SeamRatio> ratios;
   for (const SeamEdge& edge : seams.edges)
     if (counts(edge))
-      if (const auto ratio = ratio_across(input, seams, edge, neutral)) ratios.push_back(*ratio);
+      if (const auto ratio = ratio_across(input, seams, edge)) ratios.push_back(*ratio);
   return ratios;
 }
 
@@ -119,35 +131,52 @@ SeamSamples samples_of(const AtlasInput& input) {
   return sample_seams(input, CoverageIndex(input.coverage), find_seams(input));
 }
 
-/// The six unknowns, of three for each view, that a channel's equations of a pair of views have.
-using PairVector = Eigen::Matrix<double, 6, 1>;
-using PairMatrix = Eigen::Matrix<double, 6, 6>;
-using PairUnknowns = std::array<int, 6>;
+/// The nine unknowns, of three for each view and three for all, that a channel's equations of a pair of views have.
+using PairVector = Eigen::Matrix<double, 9, 1>;
+using PairMatrix = Eigen::Matrix<double, 9, 9>;
+using PairUnknowns = std::array<int, 9>;
 
 PairUnknowns unknowns_of(const std::array<std::uint32_t, 2>& views, const Unknowns& u, std::size_t channel) {
-  return {u.gain(views[0], channel), u.falloff(views[0], 0), u.falloff(views[0], 1),
-          u.gain(views[1], channel), u.falloff(views[1], 0), u.falloff(views[1], 1)};
+  return {u.gain(views[0], channel),
+          u.falloff(views[0], 0),
+          u.falloff(views[0], 1),
+          u.gain(views[1], channel),
+          u.falloff(views[1], 0),
+          u.falloff(views[1], 1),
+          u.sight(0),
+          u.sight(1),
+          u.sight(2)};
 }
 
-/// One equation of the least-squares problem: that the logs of both sides agree once corrected.
-struct Row {
-  Row(const SeamRatio& ratio, std::size_t channel) : rest(ratio.logs[0][channel] - ratio.logs[1][channel]) {
-    const auto [r2, s2] = ratio.r2;
-    factors << 1, r2, r2 * r2, -1, -s2, -s2 * s2;
-  }
-  double residual(const PairVector& x) const { return rest + factors.dot(x); }
+/// The view's axes, as rows.
+Eigen::Matrix3d camera_from_world(const View& view) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(view.pose.rotation.data());
+}
 
-  PairVector factors;
-  double rest;
-};
+/// What a pair's unknowns contribute to the difference of the corrections on the two sides, in logarithms.
+PairVector factors_of(const Scene& scene, const SeamRatio& ratio) {
+  PairVector factors = PairVector::Zero();
+  for (std::size_t s = 0; s < 2; ++s) {
+    const View& view = scene.views[ratio.views[s]];
+    const Camera& c = view.camera;
+    const double dx = ratio.at[s][0] - c.cx, dy = ratio.at[s][1] - c.cy, sign = s == 0 ? 1 : -1;
+    const double r2 = (dx * dx + dy * dy) * neutral_exposure(c).inverse_radius2;
+    factors.segment<3>(static_cast<Eigen::Index>(3 * s)) << sign, sign * r2, sign * r2 * r2;
+    factors.tail<3>() += sign * (camera_from_world(view).transpose() * Eigen::Vector3d(dx / c.fx, dy / c.fy, 1));
+  }
+  return factors;
+}
 
 /// The normal equations of weighted rows; the matrix by its lower triangle.
 class NormalEquations {
  public:
   explicit NormalEquations(Eigen::Index unknowns) : right_(Eigen::VectorXd::Zero(unknowns)) {}
 
-  /// Draws an unknown towards zero.
-  void add_anchor(int unknown, double weight) { entries_.emplace_back(unknown, unknown, weight); }
+  /// Draws an unknown towards a value.
+  void add_anchor(int unknown, double weight, double value = 0) {
+    entries_.emplace_back(unknown, unknown, weight);
+    right_[unknown] += weight * value;
+  }
 
   /// Adds the sums over the rows of a pair: weight factors factors^T, and weight factors rest.
   void add(const PairUnknowns& at, const PairMatrix& matrix, const PairVector& rest) {
@@ -172,14 +201,27 @@ class NormalEquations {
   std::vector<Eigen::Triplet<double>> entries_;
 };
 
-/// Anchors decide only what seams leave open: the brightness of all views together, and the fall-off where seams lie at
-/// equal radii. With a thousandth of the data's weight they bias the rest by as much. No view has a smaller share than
-/// a face in ten thousand, so that none is free.
-void add_anchors(NormalEquations& equations, const Unknowns& u, std::span<const double> share, double weight) {
+/// What is held about the gains before seams are looked at: that photos are as bright and of the same tint as they were made to
+/// be. A part of this is decided by the photos themselves, see brightness_share().
+struct Prior {
+  double reach = kWideReach;   ///< photos in a line, over which seams hold against the prior
+  std::vector<double> weight;  ///< per view, of the ratios across its seams
+  std::vector<Logs> expected;  ///< per view, the logarithms of its gains
+};
+
+/// Anchors draw gains to what is expected of them, by a share of the weight of the view's seams, so that an error of each seam adds
+/// up over `reach` photos and not over the whole flight: of photos in a line, between two seams each, the offset of one from the
+/// others fades to 1 / e over 1 / sqrt(2 share) photos. No view is free. The fall-off is anchored where seams at equal radii leave it open.
+void add_anchors(NormalEquations& equations, const Unknowns& u, const Prior& prior, double total) {
+  const double share = 1 / (2 * prior.reach * prior.reach);
   for (std::uint32_t v = 0; v < u.views; ++v)
-    for (std::size_t c = 0; c < 3; ++c) equations.add_anchor(u.gain(v, c), weight * std::max(1e-4, share[v]));
-  for (Eigen::Index i = static_cast<Eigen::Index>(3 * u.views); i < u.count(); ++i)
-    equations.add_anchor(static_cast<int>(i), weight);
+    for (std::size_t c = 0; c < 3; ++c)
+      equations.add_anchor(u.gain(v, c), std::max(1e-7 * total, share * prior.weight[v]), prior.expected[v][c]);
+  for (int i = static_cast<int>(3 * u.views); i < u.sight(0); ++i) equations.add_anchor(i, 1e-3 * total);
+  // As heavy as a single view's seams, so that many photos whose gains rise from one to the next are explained by the direction of
+  // sight, and a few are not.
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    equations.add_anchor(u.sight(axis), 2 * total / static_cast<double>(std::max<std::size_t>(u.views, 1)));
 }
 
 /// What a weight is divided by in iteratively reweighted least squares. Ratios that are off by more than 10 % come from
@@ -191,44 +233,132 @@ double robust_divisor(double error, int round) {
   return 1 + (round == 0 ? std::abs(r) : r * r);
 }
 
-/// Adds the equations of the ratios between a pair of views, weighted by what x leaves of them.
-void add_pair(NormalEquations& equations, std::span<const SeamRatio> ratios, const Unknowns& u,
+/// Adds the equations of the ratios between a pair of views, that the logs of both sides agree once corrected, weighted by what x
+/// leaves of them.
+void add_pair(NormalEquations& equations, const Scene& scene, std::span<const SeamRatio> ratios, const Unknowns& u,
               const Eigen::VectorXd& x, int round) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    const PairUnknowns at = unknowns_of(ratios.front().views, u, c);
+  struct Sums {
     PairVector before, rest = PairVector::Zero();
     PairMatrix matrix = PairMatrix::Zero();
-    for (std::size_t i = 0; i < at.size(); ++i) before[static_cast<Eigen::Index>(i)] = x[at[i]];
-    for (const SeamRatio& ratio : ratios) {
-      const Row row(ratio, c);
-      const PairVector weighted = ratio.weight / robust_divisor(row.residual(before), round) * row.factors;
-      matrix += weighted * row.factors.transpose();
-      rest += row.rest * weighted;
+  };
+  std::array<Sums, 3> channels;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const PairUnknowns at = unknowns_of(ratios.front().views, u, c);
+    for (std::size_t i = 0; i < at.size(); ++i) channels[c].before[static_cast<Eigen::Index>(i)] = x[at[i]];
+  }
+  for (const SeamRatio& ratio : ratios) {
+    const PairVector factors = factors_of(scene, ratio);
+    for (std::size_t c = 0; c < 3; ++c) {
+      Sums& sums = channels[c];
+      const double rest = ratio.logs[0][c] - ratio.logs[1][c];
+      const PairVector weighted = ratio.weight / robust_divisor(rest + factors.dot(sums.before), round) * factors;
+      sums.matrix += weighted * factors.transpose();
+      sums.rest += rest * weighted;
     }
-    equations.add(at, matrix, rest);
+  }
+  for (std::size_t c = 0; c < 3; ++c)
+    equations.add(unknowns_of(ratios.front().views, u, c), channels[c].matrix, channels[c].rest);
+}
+
+/// Calls use(ratios) for each pair of views. \pre those of a pair are beside each other
+template <class Use>
+void each_pair(std::span<const SeamRatio> ratios, const Use& use) {
+  for (auto begin = ratios.begin(); begin != ratios.end();) {
+    const auto end = std::upper_bound(begin, ratios.end(), *begin,
+                                      [](const SeamRatio& a, const SeamRatio& b) { return a.views < b.views; });
+    use(std::span(begin, end));
+    begin = end;
   }
 }
 
-Eigen::VectorXd solve(std::vector<SeamRatio> ratios, const Unknowns& u, std::span<const double> share) {
-  constexpr int kRounds = 10;
+/// How bright each view is along its seams, as logarithms, less the median view's.
+std::vector<Logs> brightness(std::span<const SeamRatio> ratios, std::size_t views) {
+  std::vector<Logs> sum(views, Logs{});
+  std::vector<double> weight(views, 0);
+  for (const SeamRatio& ratio : ratios)
+    for (std::size_t s = 0; s < 2; ++s) {
+      weight[ratio.views[s]] += ratio.weight;
+      for (std::size_t c = 0; c < 3; ++c) sum[ratio.views[s]][c] += ratio.weight * ratio.logs[s][c];
+    }
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<double> known;
+    for (std::size_t v = 0; v < views; ++v)
+      if (weight[v] > 0) known.push_back(sum[v][c] /= weight[v]);
+    if (known.empty()) continue;
+    const double middle = upper_median(std::span(known));
+    for (std::size_t v = 0; v < views; ++v) sum[v][c] = weight[v] > 0 ? sum[v][c] - middle : 0;
+  }
+  return sum;
+}
+
+/// By which share of the views' differences in brightness their gains differ, the other way: 1 where photos differ as their
+/// exposures do, 0 where they show other things, or where the camera has seen to it that all are alike. What changes evenly over
+/// the scene is left out: seams do not tell whether that is a gain or the direction of sight.
+double brightness_share(const Scene& scene, std::span<const double> weight, const std::vector<Logs>& bright,
+                        const Unknowns& u, const Eigen::VectorXd& x, std::size_t channel) {
+  const auto views = static_cast<Eigen::Index>(weight.size());
+  Eigen::MatrixXd even(views, 4), values(views, 2);
+  for (Eigen::Index v = 0; v < views; ++v) {
+    const auto view = static_cast<std::size_t>(v);
+    const double root = std::sqrt(weight[view]);
+    const WorldPoint& at = scene.views[view].pose.centre;
+    even.row(v) = root * Eigen::RowVector4d(1, at.x - scene.views[0].pose.centre.x, at.y - scene.views[0].pose.centre.y,
+                                            at.z - scene.views[0].pose.centre.z);
+    values.row(v) = root * Eigen::RowVector2d(x[u.gain(static_cast<std::uint32_t>(v), channel)], bright[view][channel]);
+  }
+  // Of few photos nothing is left but rounding.
+  constexpr double kRounding = 1e-9;
+  const double all = values.col(1).squaredNorm();
+  values -= even * even.completeOrthogonalDecomposition().solve(values);
+  const double squares = values.col(1).squaredNorm();
+  return squares > kRounding * all ? std::clamp(-values.col(0).dot(values.col(1)) / squares, 0.0, 1.0) : 0;
+}
+
+/// Iteratively reweighted least squares from `x` on.
+void improve(const Scene& scene, std::span<const SeamRatio> ratios, const Unknowns& u, const Prior& prior, double total,
+             int first_round, int end_round, Eigen::VectorXd& x) {
+  for (int round = first_round; round < end_round; ++round) {
+    NormalEquations equations(u.count());
+    add_anchors(equations, u, prior, total);
+    each_pair(ratios, [&](std::span<const SeamRatio> of_pair) { add_pair(equations, scene, of_pair, u, x, round); });
+    std::optional<Eigen::VectorXd> solution = equations.solve();
+    if (!solution) return;
+    x = std::move(*solution);
+  }
+}
+
+Eigen::VectorXd solve(const Scene& scene, std::vector<SeamRatio> ratios, const Unknowns& u) {
+  // Seams alone tell gains of photos apart that lie close to each other, and how much of their brightness is exposure.
+  constexpr int kRounds = 10, kFirstRounds = 5;
   double total = 0;
-  for (const auto& r : ratios) total += r.weight;
+  Prior prior;
+  prior.weight.assign(u.views, 0);
+  prior.expected.assign(u.views, Logs{});
+  for (const auto& r : ratios) {
+    total += r.weight;
+    for (const std::uint32_t view : r.views) prior.weight[view] += r.weight;
+  }
   // Thousands of ratios of a pair of views add up in the same places of the matrix.
   std::ranges::stable_sort(ratios, {}, &SeamRatio::views);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
-  for (int round = 0; round < kRounds; ++round) {
-    NormalEquations equations(u.count());
-    add_anchors(equations, u, share, 1e-3 * total);
-    for (auto begin = ratios.begin(); begin != ratios.end();) {
-      const auto end = std::ranges::upper_bound(begin, ratios.end(), begin->views, {}, &SeamRatio::views);
-      add_pair(equations, {begin, end}, u, x, round);
-      begin = end;
-    }
-    std::optional<Eigen::VectorXd> solution = equations.solve();
-    if (!solution) return x;
-    x = std::move(*solution);
+  improve(scene, ratios, u, prior, total, 0, kFirstRounds, x);
+  const std::vector<Logs> bright = brightness(ratios, u.views);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double share = brightness_share(scene, prior.weight, bright, u, x, c);
+    for (std::size_t v = 0; v < u.views; ++v) prior.expected[v][c] = -share * bright[v][c];
   }
+  prior.reach = std::max(kReach, kWideReach / std::sqrt(static_cast<double>(u.views)));
+  improve(scene, ratios, u, prior, total, kFirstRounds, kRounds, x);
   return x;
+}
+
+/// Adds to all gains of a channel so that their mean, weighed by the views' shares of the faces, is zero.
+void centre_gains(const Unknowns& u, std::span<const double> share, Eigen::VectorXd& x) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    double mean = 0;
+    for (std::uint32_t v = 0; v < u.views; ++v) mean += share[v] * x[u.gain(v, c)];
+    for (std::uint32_t v = 0; v < u.views; ++v) x[u.gain(v, c)] -= mean;
+  }
 }
 
 }  // namespace
@@ -251,7 +381,8 @@ std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio
   std::vector<ViewExposure> exposure = neutral_exposures(scene);
   if (ratios.empty()) return exposure;
   const Unknowns u(scene);
-  const Eigen::VectorXd x = solve(std::move(ratios), u, shares(faces));
+  Eigen::VectorXd x = solve(scene, std::move(ratios), u);
+  centre_gains(u, shares(faces), x);
   const double most = std::log(kMostGain);
   for (std::uint32_t v = 0; v < exposure.size(); ++v) {
     const auto gain = [&](std::size_t c) {

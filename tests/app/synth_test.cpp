@@ -272,7 +272,7 @@ TEST(SynthRenderer, ExposureScalesColorsAndDarkensCorners) {
   const synth::SynthScene city = synth::make_city(at.options);
   synth::SynthRenderer renderer(city);
   synth::Shot half;
-  half.exposure = {0.5, 0.4};
+  half.exposure = {{0.5, 0.5, 0.5}, 0.4};
   const Image plain = renderer.photo(at.view.camera, at.view.pose).image,
               dark = renderer.photo(at.view.camera, at.view.pose, half).image;
   for (const auto& [x, y, share] : {std::array<double, 3>{80, 60, 0}, {0, 0, 1}, {159, 119, 1}})

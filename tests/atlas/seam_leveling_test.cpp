@@ -273,6 +273,72 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
     EXPECT_NEAR(std::log(exposure[v].gain[1]) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
 
+/// Photos of a flight of lines over a plane, and the ratios across the seams halfway between each photo and the next ones.
+struct Flight {
+  static constexpr int kLines = 8, kInLine = 8;
+  Scene scene;
+  std::vector<SeamRatio> ratios;
+  std::vector<std::size_t> faces = std::vector<std::size_t>(std::size_t{kLines} * kInLine, 100);
+
+  /// \param gain      of a photo's colours
+  /// \param eastward  how much brighter all is, per unit of the image plane, where one looks to the east
+  template <class Gain>
+  Flight(const Gain& gain, double eastward) {
+    for (int i = 0; i < kLines * kInLine; ++i) {
+      View& view = scene.views.emplace_back();
+      view.camera = {400, 300, 400, 400, 200, 150, {}};
+      view.pose.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+      view.pose.centre = {2.0 * (i % kInLine), 2.0 * (i / kInLine), 10};
+    }
+    const auto seam = [&](std::uint32_t a, std::uint32_t b) {
+      for (int n = 0; n < 5; ++n) {
+        SeamRatio ratio{{a, b}, {}, {}, 10};
+        const WorldPoint &from = scene.views[a].pose.centre, &to = scene.views[b].pose.centre;
+        const WorldPoint middle{(from.x + to.x) / 2, (from.y + to.y) / 2 + 0.2 * n, 0};
+        // The ground differs from place to place.
+        const double ground = std::log(100 + 20 * std::sin(1.3 * middle.x) + 15 * std::cos(0.9 * middle.y));
+        for (std::size_t s = 0; s < 2; ++s) {
+          const PixelPoint at = pixel_from_world(scene.views[ratio.views[s]], middle).value();
+          ratio.at[s] = {at.x, at.y};
+          ratio.logs[s].fill(ground + std::log(gain(ratio.views[s])) + eastward * (at.x - 200) / 400);
+        }
+        ratios.push_back(ratio);
+      }
+    };
+    for (std::uint32_t i = 0; i < kLines * kInLine; ++i) {
+      if (i % kInLine + 1 < kInLine) seam(i, i + 1);
+      if (i + kInLine < kLines * kInLine) seam(i, i + kInLine);
+    }
+  }
+
+  /// The least and the most of the gains that are found, times those of the photos.
+  template <class Gain>
+  std::array<double, 2> left_of(const Gain& gain) const {
+    std::array<double, 2> ends{1e9, 0};
+    const auto exposure = fit_exposure(scene, ratios, faces);
+    for (std::uint32_t v = 0; v < exposure.size(); ++v) {
+      const double left = static_cast<double>(exposure[v].gain[1]) * gain(v);
+      ends = {std::min(ends[0], left), std::max(ends[1], left)};
+    }
+    return ends;
+  }
+};
+
+// As fields are with the sun behind the camera. Each seam says that the photo beyond it is brighter by 6 %, eight in a row would make
+// one side of the flight half as bright again as the other.
+TEST(SeamLeveling, ViewDependentBrightnessDoesNotAddUpAlongAFlight) {
+  const auto same = [](std::uint32_t) { return 1.0; };
+  const auto [least, most] = Flight(same, 0.3).left_of(same);
+  EXPECT_GT(least, 0.9);
+  EXPECT_LT(most, 1.1);
+}
+
+TEST(SeamLeveling, GainsThatWanderAlongAFlightAreFound) {
+  const auto wandering = [](std::uint32_t v) { return 1 + 0.3 * std::sin(0.31 * v) * std::cos(0.05 * v); };
+  const auto [least, most] = Flight(wandering, 0).left_of(wandering);
+  EXPECT_LT(most / least, 1.08);
+}
+
 // As of a view that is left out, in a format that leaves the size to the photo.
 TEST(SeamLeveling, AViewWithoutASizeHasAnExposureThatIsANumber) {
   Scene scene;
