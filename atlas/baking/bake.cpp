@@ -87,6 +87,8 @@ class BandBaker {
         const CellBox block{x, y, std::min(x + edge, box.x1), std::min(y + edge, box.y1)};
         if (!any_wanted(block)) continue;
         gather_strip(strip_, block, near_);
+        gain_ = build_.correction.gain(photo_.id,
+                                       chart_.frame_position((block.x0 + block.x1) / 2.0, (block.y0 + block.y1) / 2.0));
         if (coarse)
           average_block(block, limits);
         else if (copied)
@@ -101,7 +103,7 @@ class BandBaker {
   static_assert(PhotoPatch::kRow == kStripRow);
   /// Colours of a row of texels of a block, and whether they are known.
   struct Row {
-    std::array<Color, kStripRow> color{};
+    std::array<Color, kStripRow> color{}, strip{};
     std::array<bool, kStripRow> known{};
   };
 
@@ -120,10 +122,7 @@ class BandBaker {
     for (int y = block.y0; y < block.y1; ++y) {
       Row row;
       fill(y, row);
-      if (!near_.empty()) {
-        const std::array<Color, kStripRow> strip = strip_offsets(near_, block.x0 + 0.5, y + 0.5);
-        for (std::size_t i = 0; i < kStripRow; ++i) row.color[i] = row.color[i] + strip[i];
-      }
+      if (!near_.empty()) row.strip = strip_offsets(near_, block.x0 + 0.5, y + 0.5);
       put(block, y, row);
     }
   }
@@ -151,7 +150,8 @@ class BandBaker {
       const auto i = static_cast<std::size_t>(x - block.x0);
       const TexelReach reach = raster_.reach[from];
       if (!row.known[i] || !is_baked(reach, build_.options.padding)) continue;
-      store(page_.image.pixels.data() + 3 * to, row.color[i] + offset(raster_.owner[from], reach, x + 0.5, y + 0.5));
+      store(page_.image.pixels.data() + 3 * to,
+            corrected(row.color[i], row.strip[i] + offset(raster_.owner[from], reach, x + 0.5, y + 0.5), gain_));
       page_.state[static_cast<std::size_t>(to)] = state_of(reach);
     }
   }
@@ -237,7 +237,7 @@ class BandBaker {
       const FrameBox r = clipped_texel(chart_, x, y, limits);
       const std::optional<Color> color = mean(r);
       if (!color) return std::nullopt;
-      return build_.correction.expose(*color, photo_.id, {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2});
+      return build_.correction.gain(photo_.id, {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2}) * *color;
     });
   }
 
@@ -298,6 +298,7 @@ class BandBaker {
   Poll& poll_;
   ChartRaster raster_;             ///< of the band
   std::vector<StripSample> near_;  ///< those that matter to the block being baked
+  Color gain_{1, 1, 1};            ///< in the middle of the block
   PhotoPatch patch_;               ///< under the block
   std::uint32_t face_ = kNoOwner;  ///< the face of plane_
   OffsetPlane plane_;

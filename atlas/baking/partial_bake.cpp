@@ -26,19 +26,27 @@ int footprint_px(const TexelSource& source, int x, int y) {
 
 /// Exposed colour of the view over a texel: one sample where texels are as fine as pixels, else the mean of the samples
 /// that show the face.
-std::optional<Color> sample(const AtlasBuild& build, const ViewPhoto& photo, const TexelSource& source, int x, int y) {
+struct ExposedTexel {
+  Color color, gain;
+};
+std::optional<ExposedTexel> sample(const AtlasBuild& build, const ViewPhoto& photo, const TexelSource& source, int x,
+                                   int y) {
   const int taps = footprint_px(source, x, y);
-  ColorMean mean;
+  ColorMean mean, gains;
   for (int j = 0; j < taps; ++j) {
     for (int i = 0; i < taps; ++i) {
       const double tx = x + (i + 0.5) / taps, ty = y + (j + 0.5) / taps;
       if (taps > 1 && sight_at(source, build.coverage.table(), tx, ty) == Sight::hidden) continue;
       const auto p = source.frame_from_texel(tx, ty);
       const auto q = p ? photo_from_pixel(photo.view.camera, *p) : std::nullopt;
-      if (q) mean.add(build.correction.expose(sample_bicubic(photo.image, q->x, q->y), photo.id, *p));
+      if (!q) continue;
+      const Color gain = build.correction.gain(photo.id, *p);
+      mean.add(gain * sample_bicubic(photo.image, q->x, q->y));
+      gains.add(gain);
     }
   }
-  return mean.mean();
+  const std::optional<Color> color = mean.mean();
+  return color ? std::optional(ExposedTexel{*color, *gains.mean()}) : std::nullopt;
 }
 
 /// Offsets of a chart's strip at texels that come in blocks of kStripRow x kStripRow, row by row.
@@ -84,22 +92,24 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
     const int y = box.y0 + static_cast<int>(shares.texel / width);
     for (std::uint32_t number = shares.texel; number < shares.texel + shares.count; ++number) {
       const int x = box.x0 + static_cast<int>(number % width);
-      auto color = sample(build, photo, source, x, y);
-      if (!color) {
+      const auto exposed = sample(build, photo, source, x, y);
+      if (!exposed) {
         part.known[number] = false;
         part.is_open = true;
         continue;
       }
       // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
+      Color added;
       if (own)
-        *color = *color + build.correction.face_offset(source.face, build.set.corners[source.face], x + 0.5, y + 0.5) +
-                 strip.at(x, y);
+        added = build.correction.face_offset(source.face, build.set.corners[source.face], x + 0.5, y + 0.5) +
+                strip.at(x, y);
+      const Color color = corrected(exposed->color, added, exposed->gain);
       if (shares.weight < PartialChart::kBlendSteps) {
         Color& sum = part.blended_at(number).color;
-        sum = sum + static_cast<float>(shares.weight) / PartialChart::kBlendSteps * *color;
+        sum = sum + static_cast<float>(shares.weight) / PartialChart::kBlendSteps * color;
       } else {
         const auto texel = build.places[part.chart].texel(x, y);
-        page.put(texel.x, texel.y, *color, state_of(shares.reach));
+        page.put(texel.x, texel.y, color, state_of(shares.reach));
       }
     }
   }

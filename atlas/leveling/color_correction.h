@@ -80,6 +80,15 @@ inline double limited_falloff(double log) { return std::max(-kMostFallOffLog, st
 /// \pre is_sound(exposure)
 Color gain_at(const ViewExposure& exposure, const PixelPoint& frame);
 
+/// A photo's colour once it is corrected: `exposed`, which is `gain` times what the photo shows, and what is added to it.
+/// What is added closes a step between two photos. Where these show different things, or a texel is much darker than those around it, it
+/// could make a colour that no photo has, green leaves blue. So it multiplies no channel by 1.25 times more or less than all of them in the
+/// mean, and none by more than kMostGain. And a photo's gain leaves what it shows of highlights: what would be
+/// above 255 is drawn closer to it, from kHighlight on, so that only what is white in the photo becomes white.
+Color corrected(const Color& exposed, const Color& added, const Color& gain);
+/// The second part alone, for a channel.
+float with_highlights(float exposed, float gain);
+
 /// gain_at in the neighbourhood of a position, without an exponential for each place. Where the fall-off changes the
 /// gain by less than a tenth, the error is below a five-thousandth of it (the third power of a tenth, over 3!).
 class LocalGain {
@@ -129,8 +138,8 @@ struct ColorCorrection {
   std::vector<Color> offsets;
   std::vector<ChartStrip> strips;  ///< per chart; empty: no strips
 
-  Color expose(const Color& color, ViewId view, const PixelPoint& frame) const {
-    return exposure.empty() ? color : gain_at(exposure[index(view)], frame) * color;
+  Color gain(ViewId view, const PixelPoint& frame) const {
+    return exposure.empty() ? Color{1, 1, 1} : gain_at(exposure[index(view)], frame);
   }
   /// Offset of a face at a position in its chart's texels. Outside the face it is that of a place on the face's border.
   Color face_offset(std::uint32_t face, const TexelTriangle& corners, double x, double y) const;

@@ -41,7 +41,8 @@ class Leveler {
     correction_.exposure.assign(input_.exposure.begin(), input_.exposure.end());
     if (input_.exposure.empty()) correction_.exposure = fit_exposure(input_, seams_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint& frame, const TexelPoint&) {
-      return correction_.expose(color, input_.labels[face], frame);
+      const Color gain = correction_.gain(input_.labels[face], frame);
+      return corrected(gain * color, {}, gain);
     });
     blend_.add_to(seams_, correction_.exposure);
     fit_offsets(input_, seams_, correction_);

@@ -107,6 +107,52 @@ TEST(ColorCorrection, NoFallOffMultipliesByMoreThanFour) {
   EXPECT_LE(gain_at(exposure, {2000, 1400}).r, 10);
 }
 
+TEST(ColorCorrection, SmallOffsetsAreAdded) {
+  const Color c = corrected({100, 60, 40}, {4, -3, 2}, {1, 1, 1});
+  EXPECT_FLOAT_EQ(c.r, 104);
+  EXPECT_FLOAT_EQ(c.g, 57);
+  EXPECT_FLOAT_EQ(c.b, 42);
+}
+
+// A leaf beside a shaded road, whose step asks for less red and more blue, was made navy.
+TEST(ColorCorrection, OffsetsMakeNoColorThatThePhotoDoesNotHave) {
+  const Color leaf{40, 55, 25};
+  const Color c = corrected(leaf, {-40, -25, 10}, {1, 1, 1});
+  EXPECT_GT(c.r, 8);
+  EXPECT_GT(c.g, c.r);
+  EXPECT_LT(c.b, c.g);
+  // Where all channels ask for the same, they get it.
+  const Color darker = corrected(leaf, {-20, -27.5f, -12.5f}, {1, 1, 1});
+  EXPECT_NEAR(darker.r, 20, 2);
+  EXPECT_NEAR(darker.g, 27.5f, 2);
+  EXPECT_NEAR(darker.b, 12.5f, 2);
+}
+
+// No step where the limit begins.
+TEST(ColorCorrection, LimitsOfOffsetsBeginGradually) {
+  Color last = corrected({30, 60, 20}, {}, {1, 1, 1});
+  for (int i = 1; i <= 400; ++i) {
+    const float t = 0.1f * static_cast<float>(i);
+    const Color next = corrected({30, 60, 20}, {t, -t, 0.5f * t}, {1, 1, 1});
+    for (const auto channel : {&Color::r, &Color::g, &Color::b})
+      ASSERT_LT(std::abs(next.*channel - last.*channel), 0.4f) << t;
+    last = next;
+  }
+}
+
+TEST(ColorCorrection, GainsLeaveHighlightsTheirStructure) {
+  EXPECT_EQ(with_highlights(150, 1.5f), 150);
+  EXPECT_EQ(with_highlights(250, 1), 250);
+  EXPECT_EQ(with_highlights(250, 0.9f), 250);
+  EXPECT_NEAR(with_highlights(1.5f * 255, 1.5f), 255, 1e-3);
+  for (int level = 0; level < 255; ++level) {
+    const float here = with_highlights(1.5f * static_cast<float>(level), 1.5f);
+    const float next = with_highlights(1.5f * static_cast<float>(level + 1), 1.5f);
+    EXPECT_GT(next, here);
+    EXPECT_LT(here, 255);
+  }
+}
+
 TEST(ColorCorrection, OffsetPlaneIsTheFacesOffsetWithinIt) {
   ColorCorrection correction;
   correction.nodes = {{2, 0, 1}};
