@@ -5,7 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "app/cli/options.h"
 #include "app/evaluate/texture_islands.h"
@@ -17,6 +20,49 @@ namespace gpvc {
 namespace {
 
 const Progress kSilent = [](std::size_t, std::size_t) {};
+
+/// Points on a square of 100 m whose texels are, at a gain of the whole, their own colours times light(x, y).
+template <class Light>
+evaluate::TruthLight light_in(const Light& light) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {100, 0, 0}, {0, 100, 0}, {100, 100, 0}};
+  mesh.faces = {{0, 1, 2}, {3, 2, 1}};
+  evaluate::TruthPoints points;
+  std::vector<std::optional<evaluate::Pixel>> texels;
+  constexpr int kSteps = 200;
+  for (int j = 0; j < kSteps; ++j)
+    for (int i = 0; i < kSteps; ++i) {
+      const float u = (static_cast<float>(i) + 0.5f) / kSteps, v = (static_cast<float>(j) + 0.5f) / kSteps;
+      const bool lower = u + v <= 1;
+      points.seen.push_back(lower ? evaluate::FacePoint{0, u, v, 1} : evaluate::FacePoint{1, 1 - u, 1 - v, 1});
+      const evaluate::Pixel own{static_cast<float>(60 + i % 40), static_cast<float>(80 + j % 30), 90};
+      points.own.emplace_back().add(own);
+      evaluate::Pixel texel = own;
+      const std::array<float, 3> factor = light(u, v);
+      for (std::size_t c = 0; c < 3; ++c) texel[c] *= 1.1f * factor[c];
+      texels.emplace_back(texel);
+    }
+  return evaluate::light_of(mesh, points, texels);
+}
+
+TEST(TruthLight, IsOffWhereBrightnessOrTintWander) {
+  const evaluate::TruthLight even = light_in([](float, float) { return std::array{1.0f, 1.0f, 1.0f}; });
+  EXPECT_EQ(even.places, 400u);
+  EXPECT_NEAR(even.brightness_worst, 0, 1e-4);
+  EXPECT_NEAR(even.tint_worst, 0, 1e-4);
+  // From 0.8 in the west to 1.2 in the east: of twenty squares the first is at 0.81, and 1 / 0.81 is 1.23.
+  const evaluate::TruthLight rising = light_in([](float u, float) {
+    return std::array{0.8f + 0.4f * u, 0.8f + 0.4f * u, 0.8f + 0.4f * u};
+  });
+  EXPECT_NEAR(rising.brightness_worst, 0.23, 0.03);
+  EXPECT_GT(rising.brightness_95, 0.15);
+  EXPECT_NEAR(rising.tint_worst, 0, 1e-3);
+  const evaluate::TruthLight red = light_in([](float, float v) {
+    return std::array{v > 0.9f ? 1.3f : 1.0f, 1.0f, 1.0f};
+  });
+  EXPECT_NEAR(red.tint_worst, std::pow(1.3, 2.0 / 3) - 1, 0.01);
+  EXPECT_NEAR(red.brightness_worst, std::pow(1.3, 1.0 / 3) - 1, 0.01);
+}
 
 TEST(IdColor, NamesItsSurface) {
   for (const std::uint32_t s : {0u, 1u, 2u, 77u, 4095u, 65536u, (1u << 20) - 1}) {
