@@ -85,7 +85,8 @@ as seen if it is visible, at least 2 pixels from any other surface, in a photo t
 beside MODEL marks as used (in any photo if there is no such file). A texel is wrong if it differs
 by 16 grey levels from the colours that those photos show around the point and is nearer to the
 colour of another surface in one of them; it is unexplained if it differs as much but is near no
-such colour.
+such colour. The last line says how far brightness and tint are off in squares of a twentieth
+of the ground, once one gain for the whole model is removed.
 
 )");
   return app;

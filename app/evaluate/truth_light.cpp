@@ -1,13 +1,15 @@
-// Whether a model is as bright, and of the same tint, everywhere.
+// How far brightness and tint of a model are off the truth, place by place.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <vector>
 
 #include "app/evaluate/truth_score.h"
+#include "io/order_statistics.h"
 
 namespace gpvc::evaluate {
 namespace {
@@ -43,14 +45,8 @@ class Ground {
   double least_x_ = 0, least_y_ = 0, edge_ = 1;
 };
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-/// The logarithm by which a texel is brighter than the mean of its own colours; false if either is too dark or too bright to
-/// tell.
+/// Sets `log` to the logarithm of the ratio of a texel to the mean of its own colours. False if either is too dark or too bright for
+/// that.
 bool log_ratio(const Pixel& texel, const OwnColors& own, Logs& log) {
   constexpr float kDarkest = 24, kBrightest = 245;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -61,7 +57,7 @@ bool log_ratio(const Pixel& texel, const OwnColors& own, Logs& log) {
   return true;
 }
 
-/// The absolute value in the last place, and that which 95 % stay below, of logarithms as shares.
+/// The largest of the logarithms, and the one that 95 % of them stay below, as shares.
 std::array<double, 2> worst_and_95(std::vector<double>& logs) {
   if (logs.empty()) return {};
   std::ranges::sort(logs);
@@ -84,14 +80,15 @@ TruthLight light_of(const Mesh& mesh, const TruthPoints& points, std::span<const
   std::vector<Logs> places;
   for (std::size_t square = 0; square < logs[0].size(); ++square)
     if (logs[0][square].size() >= kEnough)
-      places.push_back({median(logs[0][square]), median(logs[1][square]), median(logs[2][square])});
+      places.push_back({upper_median(std::span(logs[0][square])), upper_median(std::span(logs[1][square])),
+                        upper_median(std::span(logs[2][square]))});
   TruthLight light;
   light.places = places.size();
   if (places.empty()) return light;
   for (std::size_t c = 0; c < 3; ++c) {
     std::vector<double> all;
     for (const Logs& place : places) all.push_back(place[c]);
-    const double middle = median(all);
+    const double middle = upper_median(std::span(all));
     for (Logs& place : places) place[c] -= middle;
   }
   std::vector<double> bright, tint;

@@ -217,14 +217,10 @@ bool is_sound(std::span<const ViewTells> views, const Scene& scene) {
 
 bool is_sound(const atlas::SeamRatio& ratio, const Scene& scene) {
   if (!are_below(ratio.views, scene.views.size()) || !is_finite(ratio) || !(ratio.weight >= 0)) return false;
-  // In the frame, or as far beside it as alignment may move a place.
-  constexpr double kBeside = 32;
-  for (std::size_t s = 0; s < 2; ++s) {
-    const Camera& camera = scene.views[ratio.views[s]].camera;
-    const auto& [x, y] = ratio.at[s];
-    if (x < -kBeside || y < -kBeside || x > camera.width + kBeside || y > camera.height + kBeside) return false;
-  }
-  return true;
+  // Farther than any frame reaches, and near enough for sums of fourth powers.
+  constexpr double kFarthest = 1e6;  // px
+  return std::ranges::all_of(
+      ratio.at, [](const auto& at) { return std::abs(at[0]) <= kFarthest && std::abs(at[1]) <= kFarthest; });
 }
 
 bool is_sound(std::span<const ViewId> labels, const Scene& scene) {

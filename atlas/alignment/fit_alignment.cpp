@@ -13,6 +13,7 @@
 #include "atlas/alignment/alignment.h"
 #include "atlas/alignment/patch.h"
 #include "io/grouping.h"
+#include "io/order_statistics.h"
 
 namespace gpvc::atlas {
 
@@ -251,12 +252,7 @@ class Solver {
 };
 
 /// The value in the middle; 0 of none.
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
+double median(std::vector<double> values) { return values.empty() ? 0 : upper_median(std::span(values)); }
 
 class Fit {
  public:
@@ -401,7 +397,8 @@ bool is_sound(const PhotoMatch& match, const Scene& scene) {
   constexpr float kMostChange = 64, kMostInformation = 1e9f;
   const auto is_change = [](float value) { return std::abs(value) <= kMostChange; };
   const auto& [xx, xy, yy] = match.information;
-  // Of a straight edge both sides are equal, but for the rounding of sums of 256 floats, 40 times 6e-8 for each of four factors.
+  // The information of a straight edge is a singular matrix: xy^2 equals xx yy, up to rounding. Each of these four sums of 256 floats
+  // is off by some 40 times 6e-8 of itself.
   constexpr double kRounding = 1 + 1e-5;
   return std::ranges::all_of(match.views, [&](std::uint32_t view) { return view < scene.views.size(); }) &&
          std::ranges::all_of(match.at, is_finite) && std::ranges::all_of(match.shift, is_reached) && xx >= 0 &&

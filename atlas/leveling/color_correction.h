@@ -80,13 +80,14 @@ inline double limited_falloff(double log) { return std::max(-kMostFallOffLog, st
 /// \pre is_sound(exposure)
 Color gain_at(const ViewExposure& exposure, const PixelPoint& frame);
 
-/// A photo's colour once it is corrected: `exposed`, which is `gain` times what the photo shows, and what is added to it.
-/// What is added closes a step between two photos. Where these show different things, or a texel is much darker than those around it, it
-/// could make a colour that no photo has, green leaves blue. So it multiplies no channel by 1.25 times more or less than all of them in the
-/// mean, and none by more than kMostGain. And a photo's gain leaves what it shows of highlights: what would be
-/// above 255 is drawn closer to it, from kHighlight on, so that only what is white in the photo becomes white.
+/// The corrected colour of a texel. `exposed` is `gain` times the photo's colour, `added` the offset and the strip. The sum has two
+/// limits:
+/// - Tint. Offsets close the step between two photos; where these show different things, they would make a colour that no photo has,
+///   such as blue leaves. So the factor by which a channel changes is kept within 1.25 times the mean factor of the three, and that
+///   within kMostGain.
+/// - Highlights, see with_highlights().
 Color corrected(const Color& exposed, const Color& added, const Color& gain);
-/// The second part alone, for a channel.
+/// Channel values above 200 are compressed if the gain is above 1, so that only what is 255 in the photo becomes 255.
 float with_highlights(float exposed, float gain);
 
 /// gain_at in the neighbourhood of a position, without an exponential for each place. Where the fall-off changes the

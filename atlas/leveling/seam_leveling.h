@@ -33,6 +33,9 @@ GPVC_MEMBERS(LevelingResult, correction, step_before, step_after, cuts)
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
                            const FaceNeighbours& neighbours, const BlendWeights& blending, SeamLeveling mode);
 
+/// The ratios across all seams, from samples taken before.
+std::vector<SeamRatio> seam_ratios(const AtlasInput& input, const SeamSamples& seams);
+
 /// As the public fit_exposure, from samples taken before. Gains lie in [1 / kMostGain, kMostGain].
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);
 

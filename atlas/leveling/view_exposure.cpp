@@ -41,38 +41,6 @@ ViewExposure neutral_exposure(const Camera& c) {
   return e;
 }
 
-/// nullopt if no sample of the edge counts, or if a channel is too dark or too bright.
-std::optional<SeamRatio> ratio_across(const AtlasInput& input, const SeamSamples& seams, const SeamEdge& edge) {
-  // Sensors quantize and clip: below kDarkest a level is several per cent, and above kBrightest values are unreliable.
-  constexpr float kDarkest = 8, kBrightest = 250, kMostWeight = 64;
-  std::array<Color, 2> sum;
-  std::array<PixelPoint, 2> middle;
-  float total = 0;
-  for (std::size_t i = edge.first_sample; i < edge.first_sample + edge.samples; ++i) {
-    const float w = seams.weight[i];
-    for (std::size_t s = 0; s < 2; ++s) {
-      sum[s] = sum[s] + w * seams.colors[i][s];
-      middle[s].x += double{w} * seams.frame[i][s].x;
-      middle[s].y += double{w} * seams.frame[i][s].y;
-    }
-    total += w;
-  }
-  if (!(total > 0)) return std::nullopt;
-  SeamRatio ratio;
-  ratio.weight = double{std::min(total, kMostWeight)};
-  for (std::size_t s = 0; s < 2; ++s) {
-    const Color c = (1.0f / total) * sum[s];
-    ratio.views[s] = static_cast<std::uint32_t>(input.labels[edge.faces[s]]);
-    ratio.at[s] = {middle[s].x / double{total}, middle[s].y / double{total}};
-    std::size_t k = 0;
-    for (const float value : {c.r, c.g, c.b}) {
-      if (!(value >= kDarkest && value <= kBrightest)) return std::nullopt;
-      ratio.logs[s][k++] = std::log(value);
-    }
-  }
-  return ratio;
-}
-
 /// Unknowns: three log gains for each view, then k1 and k2 for each camera, then a vector of the world whose product with the
 /// direction of sight, one unit along the view's axis, is the log by which colours are darker for where they are seen from.
 struct Unknowns {
@@ -115,20 +83,6 @@ std::vector<ViewExposure> neutral_exposures(const Scene& scene) {
   std::vector<ViewExposure> exposure;
   for (const View& view : scene.views) exposure.push_back(neutral_exposure(view.camera));
   return exposure;
-}
-
-/// \param counts tells which edges count
-template <typename Counts>
-std::vector<SeamRatio> ratios_across(const AtlasInput& input, const SeamSamples& seams, const Counts& counts) {
-  std::vector<SeamRatio> ratios;
-  for (const SeamEdge& edge : seams.edges)
-    if (counts(edge))
-      if (const auto ratio = ratio_across(input, seams, edge)) ratios.push_back(*ratio);
-  return ratios;
-}
-
-SeamSamples samples_of(const AtlasInput& input) {
-  return sample_seams(input, CoverageIndex(input.coverage), find_seams(input));
 }
 
 /// The nine unknowns, of three for each view and three for all, that a channel's equations of a pair of views have.
@@ -201,17 +155,18 @@ class NormalEquations {
   std::vector<Eigen::Triplet<double>> entries_;
 };
 
-/// What is held about the gains before seams are looked at: that photos are as bright and of the same tint as they were made to
-/// be. A part of this is decided by the photos themselves, see brightness_share().
+/// The gains that are expected without any seam: none, so that photos keep their own brightness, except for what
+/// brightness_share() finds to be exposure.
 struct Prior {
   double reach = kWideReach;   ///< photos in a line, over which seams hold against the prior
   std::vector<double> weight;  ///< per view, of the ratios across its seams
   std::vector<Logs> expected;  ///< per view, the logarithms of its gains
 };
 
-/// Anchors draw gains to what is expected of them, by a share of the weight of the view's seams, so that an error of each seam adds
-/// up over `reach` photos and not over the whole flight: of photos in a line, between two seams each, the offset of one from the
-/// others fades to 1 / e over 1 / sqrt(2 share) photos. No view is free. The fall-off is anchored where seams at equal radii leave it open.
+/// Anchors draw each gain to the expected one, with a share of the weight of the view's seams. Errors of seams then add up over
+/// `reach` photos and not over the whole flight: in a line of photos with a seam between each two, a disturbance fades to 1 / e over
+/// 1 / sqrt(2 share) photos. A view without seams has the least weight that keeps the matrix regular. The anchor of the fall-off decides
+/// where all seams lie at equal radii.
 void add_anchors(NormalEquations& equations, const Unknowns& u, const Prior& prior, double total) {
   const double share = 1 / (2 * prior.reach * prior.reach);
   for (std::uint32_t v = 0; v < u.views; ++v)
@@ -233,8 +188,8 @@ double robust_divisor(double error, int round) {
   return 1 + (round == 0 ? std::abs(r) : r * r);
 }
 
-/// Adds the equations of the ratios between a pair of views, that the logs of both sides agree once corrected, weighted by what x
-/// leaves of them.
+/// Adds the equations of the ratios between a pair of views: the corrected logs of both sides are equal. Their weights follow from
+/// the residuals that x leaves.
 void add_pair(NormalEquations& equations, const Scene& scene, std::span<const SeamRatio> ratios, const Unknowns& u,
               const Eigen::VectorXd& x, int round) {
   struct Sums {
@@ -291,9 +246,9 @@ std::vector<Logs> brightness(std::span<const SeamRatio> ratios, std::size_t view
   return sum;
 }
 
-/// By which share of the views' differences in brightness their gains differ, the other way: 1 where photos differ as their
-/// exposures do, 0 where they show other things, or where the camera has seen to it that all are alike. What changes evenly over
-/// the scene is left out: seams do not tell whether that is a gain or the direction of sight.
+/// The share of the differences in brightness between photos that is exposure, by regression of gains on brightness: 1 where a bright
+/// photo needs a low gain, 0 where it shows bright things. A linear trend over the scene is removed from both first, as seams do not
+/// tell whether it is a gain or the direction of sight.
 double brightness_share(const Scene& scene, std::span<const double> weight, const std::vector<Logs>& bright,
                         const Unknowns& u, const Eigen::VectorXd& x, std::size_t channel) {
   const auto views = static_cast<Eigen::Index>(weight.size());
@@ -328,7 +283,7 @@ void improve(const Scene& scene, std::span<const SeamRatio> ratios, const Unknow
 }
 
 Eigen::VectorXd solve(const Scene& scene, std::vector<SeamRatio> ratios, const Unknowns& u) {
-  // Seams alone tell gains of photos apart that lie close to each other, and how much of their brightness is exposure.
+  // The first rounds have a weak prior: their gains tell how much of the photos' brightness is exposure.
   constexpr int kRounds = 10, kFirstRounds = 5;
   double total = 0;
   Prior prior;
@@ -363,17 +318,12 @@ void centre_gains(const Unknowns& u, std::span<const double> share, Eigen::Vecto
 
 }  // namespace
 
-std::vector<ViewExposure> fit_exposure(const AtlasInput& input) { return fit_exposure(input, samples_of(input)); }
-
-std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams) {
-  return fit_exposure(input.scene, ratios_across(input, seams, [](const SeamEdge&) { return true; }),
-                      faces_of_views(input));
+std::vector<ViewExposure> fit_exposure(const AtlasInput& input) {
+  return fit_exposure(input, sample_seams(input, CoverageIndex(input.coverage), find_seams(input)));
 }
 
-std::vector<SeamRatio> seam_ratios(const AtlasInput& input) {
-  return ratios_across(input, samples_of(input), [&](const SeamEdge& edge) {
-    return input.border.empty() || input.border[std::min(edge.faces[0], edge.faces[1])] == 0;
-  });
+std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams) {
+  return fit_exposure(input.scene, seam_ratios(input, seams), faces_of_views(input));
 }
 
 std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio> ratios,
