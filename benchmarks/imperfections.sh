@@ -18,7 +18,7 @@ export LC_ALL=C
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 # Thin lens of 0.5 m: some 5 px of blur at the nearest and the farthest; 16 rays a pixel are enough for its disc.
-all=(perfect mesh_1px mesh_2px mesh_5px blur exposure traffic fences haze)
+all=(perfect mesh_1px mesh_2px mesh_5px blur exposure traffic trees fences haze)
 declare -A imperfection=(
   [perfect]=""
   [mesh_1px]="--mesh-noise 0.081"
@@ -27,6 +27,7 @@ declare -A imperfection=(
   [blur]="--aperture 0.5 --shake 3 --rays 16"
   [exposure]="--exposure"
   [traffic]="--cars 20 --people 40"
+  [trees]="--trees --wires --cars 20 --people 40"
   [fences]="--fences --reflections"
   [haze]="--haze 400"
 )

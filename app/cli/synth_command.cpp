@@ -104,6 +104,8 @@ Json options_json(const SynthOptions& o) {
           {"cars", o.unmodelled.cars},
           {"people", o.unmodelled.people},
           {"fences", o.unmodelled.fences},
+          {"trees", o.unmodelled.trees},
+          {"wires", o.unmodelled.wires},
           {"reflections", o.reflections},
           {"aperture_m", o.aperture_m},
           {"focus_m", focus_of(o)},

@@ -111,6 +111,8 @@ void add_imperfections(const OptionGroup& group, SynthOptions& options) {
     group.number("--people", what.people, 0, 10000, "N", "People in each photo, elsewhere in each, none in the mesh");
     group.flag("--fences", what.fences,
                "Put wire fences a metre before a wall of each building: photos show them, the mesh lacks them");
+    group.flag("--trees", what.trees, "Put trees along the pavements, which photos show and the mesh lacks");
+    group.flag("--wires", what.wires, "Put overhead wires along streets, which photos show and the mesh lacks");
     group.flag("--reflections", options.reflections,
                "Let window panes mirror sky, sun and houses, so that each photo shows them in another colour");
   }

@@ -33,11 +33,14 @@ SynthScene make_city(const CityOptions& options);
 /// What photos show and the mesh lacks.
 struct Unmodelled {
   int cars = 0, people = 0;  ///< elsewhere in each photo
-  bool fences = false;       ///< of wire, a metre before a wall of each building, the same in all photos
-  bool any() const { return cars > 0 || people > 0 || fences; }
+  // The same in all photos:
+  bool fences = false;  ///< of wire, a metre before a wall of each building
+  bool trees = false;   ///< four along the pavements of each block
+  bool wires = false;   ///< overhead, along every second street, and their poles
+  bool any() const { return cars > 0 || people > 0 || fences || trees || wires; }
 };
 
-/// What only photo number `photo` shows, and fences. Surfaces are numbered from 0, as many in each photo. The same photo
+/// What only photo number `photo` shows, and what all show. Surfaces are numbered from 0, as many in each photo. The same photo
 /// shows the same every time.
 SynthScene make_unmodelled(const CityOptions& options, std::uint32_t photo, const Unmodelled& what);
 

@@ -221,6 +221,28 @@ TEST(SynthUnmodelled, FencesStandBeforeWallsInAllPhotosAlike) {
   EXPECT_NEAR(covered, 1 - 0.85 * 0.85, 0.06);
 }
 
+// From above, crowns of leaves, and wires 6 cm wide, in all photos alike.
+TEST(SynthUnmodelled, TreesAndWiresStandInAllPhotosAlike) {
+  const Overhead at;
+  const synth::Unmodelled what{.trees = true, .wires = true};
+  const synth::SynthScene scene = synth::make_unmodelled(at.options, 0, what);
+  EXPECT_EQ(scene.surfaces.size(), 3u) << "crowns, trunks, wires and poles";
+  EXPECT_EQ(scene.mesh.positions, synth::make_unmodelled(at.options, 7, what).mesh.positions);
+  EXPECT_EQ(synth::make_unmodelled(at.options, 0, {.trees = true}).surfaces.size(), 2u);
+  EXPECT_EQ(synth::make_unmodelled(at.options, 0, {.wires = true}).surfaces.size(), 1u);
+  std::array<double, 3> top{};
+  std::array<std::size_t, 3> faces{};
+  for (std::size_t f = 0; f < scene.mesh.faces.size(); ++f) {
+    const std::uint32_t surface = scene.face_surface[f];
+    ++faces[surface];
+    for (const std::uint32_t v : scene.mesh.faces[f]) top[surface] = std::max(top[surface], scene.mesh.positions[v].z);
+  }
+  EXPECT_GT(faces[0], 1000u);
+  EXPECT_NEAR(top[0], 7.5, 1.6) << "crowns";
+  EXPECT_LT(top[1], top[0]);
+  EXPECT_NEAR(top[2], 7.8, 0.01) << "poles";
+}
+
 // Straight towards a wall in open country: panes mirror 8 % of the sky, and nothing else changes.
 TEST(SynthRenderer, WindowPanesMirrorTheSky) {
   synth::SynthBuilder builder(10, 1024, 1);
