@@ -10,7 +10,7 @@ namespace gpvc::labeling {
 using Share16 = std::uint16_t;
 inline constexpr Share16 kWholeShare = 65535;
 
-/// One face in one view: 20 bytes, since a scene has tens of millions of them.
+/// One face in one view: 24 bytes, since a scene has tens of millions of them.
 struct FaceRecord {
   std::uint32_t face = 0;
   float quality = 0;                     ///< of the chosen data term, >= 0, more is better; px^2 or grey levels px
@@ -18,8 +18,10 @@ struct FaceRecord {
   Share16 margin = 0;                    ///< share of those pixels within the strip along silhouettes
   Share16 visible = 0;                   ///< share of the face's samples that see it; kWholeShare if its class is full
   std::uint16_t disagreement = 0;        ///< with the face's other photos: fixed_distance()
+  std::uint16_t contrast = 0;            ///< standard deviation of those pixels' brightness, in grey levels times 256
+  std::uint16_t pixels = 0;              ///< how many those are; 65535 stands for more, too
   bool is_full() const { return visible == kWholeShare; }
 };
-static_assert(sizeof(FaceRecord) == 20);
+static_assert(sizeof(FaceRecord) == 24);
 
 }  // namespace gpvc::labeling

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when anything that the files hold, as labeling::FaceRecord, takes another form or meaning.
-constexpr std::uint32_t kFormat = 6;
+constexpr std::uint32_t kFormat = 7;
 
 io::WorkKey model_key() {
   io::WorkHash hash;

@@ -20,6 +20,11 @@ namespace gpvc::labeling {
 /// Per view (index(ViewId)), its records in face order.
 using RecordsByView = std::map<std::uint32_t, std::vector<FaceRecord>>;
 
+/// One more than the highest number of a view.
+inline std::size_t view_count(const RecordsByView& by_view) {
+  return by_view.empty() ? 0 : std::size_t{by_view.rbegin()->first} + 1;
+}
+
 struct ViewRecord {
   std::uint32_t view = 0;
   FaceRecord* record = nullptr;

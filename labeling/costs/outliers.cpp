@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "io/order_statistics.h"
+#include "labeling/costs/photo_colors.h"
 #include "labeling/costs/photo_consistency.h"
 
 namespace gpvc::labeling {
@@ -54,23 +55,14 @@ class RatioBins {
 /// Per view and channel, the gain of the photo: the factor by which its colours are to be divided.
 class PhotoGains {
  public:
-  explicit PhotoGains(std::size_t views) : log2_gain_(views * 3, 0.0), scale_(views * 3, kUnit) {}
-  /// Of at least so many views; those beyond the end of `log2_gain` have no gain.
-  PhotoGains(std::span<const double> log2_gain, std::size_t views) : PhotoGains(std::max(views, log2_gain.size() / 3)) {
-    for (std::size_t i = 0; i < log2_gain.size(); ++i) set(i, log2_gain[i]);
-  }
-  const std::vector<double>& log2() const { return log2_gain_; }
-
-  ColorSample sample(const ViewRecord& item) const {
-    ColorSample result;
-    for (std::size_t c = 0; c < 3; ++c) result.rgb[c] = level(item, c);
-    return result;
-  }
+  explicit PhotoGains(std::size_t views) : colors_({}, views) {}
+  const std::vector<double>& log2() const { return colors_.log2_gain(); }
 
   /// One round: every face compares its photos with their median; a photo's gain is the median of its ratios. Counts
   /// do not depend on the order of the faces.
   void refine(RecordsByView& by_view, std::size_t faces) {
-    const Histogram empty(log2_gain_.size() * kBins, 0);
+    const std::size_t gains = log2().size();
+    const Histogram empty(gains * kBins, 0);
     tbb::enumerable_thread_specific<Histogram> of_threads(empty);
     // Some faces suffice: the median of 1000 ratios that scatter by 10 % is known to half a per cent, half a bin, and of so
     // many faces all over the mesh a photo that is of use shows more. They are the n-th ones of some chunks.
@@ -86,8 +78,8 @@ class PhotoGains {
     Histogram histogram = empty;
     for (const Histogram& part : of_threads)
       std::transform(histogram.begin(), histogram.end(), part.begin(), histogram.begin(), std::plus<>());
-    for (std::size_t i = 0; i < log2_gain_.size(); ++i)
-      set(i, log2_gain_[i] + median_bin({histogram.data() + i * kBins, kBins}));
+    for (std::size_t i = 0; i < gains; ++i)
+      colors_.set(i, log2()[i] + median_bin({histogram.data() + i * kBins, kBins}));
   }
 
  private:
@@ -96,22 +88,14 @@ class PhotoGains {
   struct Levels {
     std::vector<float> of_photos, ordered;
   };
-  static constexpr double kUnit = 1.0 / 256;  ///< of FaceRecord::color, in grey levels
-  static constexpr float kDark = 8;           ///< grey levels below which noise dominates a ratio
-
-  void set(std::size_t i, double log2_gain) {
-    log2_gain_[i] = log2_gain;
-    scale_[i] = std::exp2(-log2_gain) * kUnit;
-  }
-  float level(const ViewRecord& item, std::size_t channel) const {
-    return static_cast<float>(item.record->color[channel] * scale_[item.view * 3 + channel]);
-  }
+  static constexpr float kDark = 8;  ///< grey levels below which noise dominates a ratio
 
   void compare(std::span<const ViewRecord> records, Levels& levels, Histogram& histogram) const {
     if (records.size() < 3) return;
     for (std::size_t c = 0; c < 3; ++c) {
       levels.of_photos.resize(records.size());
-      for (std::size_t i = 0; i < records.size(); ++i) levels.of_photos[i] = level(records[i], c);
+      for (std::size_t i = 0; i < records.size(); ++i)
+        levels.of_photos[i] = colors_.level(records[i].view, *records[i].record, c);
       levels.ordered = levels.of_photos;
       const float middle = upper_median(std::span(levels.ordered));
       if (middle < kDark) continue;
@@ -136,15 +120,12 @@ class PhotoGains {
   }
 
   RatioBins bins_;
-  std::vector<double> log2_gain_;
-  std::vector<double> scale_;  ///< kUnit / gain, for colours
+  PhotoColors colors_;
 };
 
 /// Rounds of averaging over a face and those it shares edges with; ten of them weigh some thirty faces. Chosen by the
 /// error on held-out photos and by the number of patches: 0, 3 and 10 rounds leave 2801, 559 and 459 on a park with trees.
 constexpr int kRounds = 10;
-/// Limits the influence of a single face with a very different colour.
-constexpr double kMaxDistance = 2 * kOutlierDistance;
 
 /// Work space of one thread.
 struct FaceScratch {
@@ -161,14 +142,14 @@ bool repeats_photo(std::span<const ViewRecord> records, std::size_t i, std::span
                              [&](const ViewRecord& other) { return photo_of_view[other.view] == photo; });
 }
 
-void measure_disagreement(std::span<const ViewRecord> records, const PhotoGains& gains,
+void measure_disagreement(std::span<const ViewRecord> records, const PhotoColors& colors,
                           std::span<const std::uint32_t> photo_of_view, FaceScratch& scratch) {
   const auto full =
       std::count_if(records.begin(), records.end(), [](const ViewRecord& item) { return item.record->is_full(); });
   std::vector<ColorSample>& samples = scratch.samples;
   samples.clear();
   for (std::size_t i = 0; i < records.size(); ++i) {
-    samples.push_back(gains.sample(records[i]));
+    samples.push_back({colors.rgb(records[i].view, *records[i].record)});
     samples.back().votes = (full < 3 || records[i].record->is_full()) && !repeats_photo(records, i, photo_of_view);
   }
   disagreement(samples, scratch.consensus, scratch.distance);
@@ -251,10 +232,6 @@ class Averager {
   std::vector<std::uint16_t> here_, before_;   ///< by record
 };
 
-std::size_t view_count(const RecordsByView& by_view) {
-  return by_view.empty() ? 0 : std::size_t{by_view.rbegin()->first} + 1;
-}
-
 }  // namespace
 
 std::vector<double> photo_gains(RecordsByView& by_view, std::size_t faces) {
@@ -266,11 +243,11 @@ std::vector<double> photo_gains(RecordsByView& by_view, std::size_t faces) {
 void find_outliers(RecordsByView& by_view, std::span<const double> log2_gain, const Grouped<std::uint32_t>& neighbours,
                    std::span<const std::uint32_t> photo_of_view) {
   if (by_view.empty()) return;
-  const PhotoGains gains(log2_gain, view_count(by_view));
+  const PhotoColors colors(log2_gain, view_count(by_view));
   for_each_chunk(by_view, neighbours.groups(), 1, [&](std::size_t, const Grouped<ViewRecord>& records) {
     FaceScratch scratch;
     for (std::size_t face = 0; face < records.groups(); ++face)
-      measure_disagreement(records[face], gains, photo_of_view, scratch);
+      measure_disagreement(records[face], colors, photo_of_view, scratch);
   });
   std::vector<std::vector<FaceRecord>*> views;
   for (auto& [view, records] : by_view) views.push_back(&records);

@@ -24,6 +24,9 @@ inline constexpr double kOutlierDistance = 3.2;
 /// mesh, 2 rejects more views without lowering the error.
 inline constexpr double kOutlierMeanDistance = 2.2;
 
+/// Larger distances count as this one, which limits the influence of a single face with a very different colour.
+inline constexpr double kMaxDistance = 2 * kOutlierDistance;
+
 /// Distances as FaceRecord stores them: in steps of 1/1024, at most 63.
 constexpr std::uint16_t fixed_distance(double distance) {
   return static_cast<std::uint16_t>((distance < 63 ? distance : 63) * 1024 + 0.5);

@@ -12,6 +12,7 @@
 #include "labeling/costs/face_records.h"
 #include "labeling/costs/outliers.h"
 #include "labeling/costs/photo_consistency.h"
+#include "labeling/costs/unmodelled.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::labeling {
@@ -175,7 +176,7 @@ using TableParts = std::vector<std::optional<TablePart>>;
 TableParts table_parts(RecordsByView& by_view, std::size_t faces, const CostOptions& options,
                        const CandidateCollector::Allowed& allowed) {
   TableParts parts(chunk_count(faces));
-  const std::size_t views = by_view.empty() ? 0 : std::size_t{by_view.rbegin()->first} + 1;
+  const std::size_t views = view_count(by_view);
   for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
     TablePart& part = parts[chunk].emplace(records.groups(), records.items.size(), views);
     Choice choice;
@@ -275,8 +276,11 @@ PhotoJudgement CandidateCollector::judge_photos(const FaceGraph* graph) {
 
 void CandidateCollector::judge_faces(const PhotoJudgement& photos, const FaceGraph* graph) {
   leave_out(photos.agreement);
-  if (state_->options.outliers != Outliers::none)
+  if (state_->options.outliers != Outliers::none) {
     find_outliers(state_->by_view, photos.log2_gain, state_->group(graph), state_->photo_of_view);
+    judge_cells(state_->by_view, {photos.log2_gain, view_count(state_->by_view)}, state_->group(graph),
+                state_->photo_of_view);
+  }
   take_judgement(photos.agreement);
 }
 

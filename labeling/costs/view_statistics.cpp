@@ -64,18 +64,29 @@ void gradient_magnitude(const Image& photo, std::vector<std::uint16_t>& gradient
 
 constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 
+/// Four times the brightness.
+std::uint32_t brightness_of(const std::uint8_t* rgb) { return rgb[0] + 2U * rgb[1] + rgb[2]; }
+
 /// Sums over pixels of a face.
 struct PixelSums {
   std::uint32_t pixels = 0, margin = 0;
   std::uint64_t gradient = 0;
   std::array<std::uint64_t, 3> color{};
+  std::uint64_t squares = 0;  ///< of brightness, R + 2 G + B
 
   PixelSums& operator+=(const PixelSums& other) {
     pixels += other.pixels;
     margin += other.margin;
     gradient += other.gradient;
     for (std::size_t c = 0; c < 3; ++c) color[c] += other.color[c];
+    squares += other.squares;
     return *this;
+  }
+
+  /// Standard deviation of the brightness, in grey levels.
+  double contrast() const {
+    const auto count = static_cast<double>(pixels), sum = static_cast<double>(color[0] + 2 * color[1] + color[2]);
+    return std::sqrt(std::max(0.0, static_cast<double>(squares) - sum * sum / count) / count) / 4;
   }
 
   /// Stores itself in a total that several threads may try to be the first to fill; false if another one was. \pre pixels > 0
@@ -85,6 +96,7 @@ struct PixelSums {
     total.margin = margin;
     total.gradient = gradient;
     total.color = color;
+    total.squares = squares;
     return true;
   }
 };
@@ -319,7 +331,7 @@ class ViewPass {
   /// Adds the pixels, and their colours.
   void add_colors(const std::vector<std::uint32_t>& photo_pixels, std::uint32_t begin, std::uint32_t end,
                   PixelSums& sums) const {
-    std::uint64_t red = 0, green = 0, blue = 0;
+    std::uint64_t red = 0, green = 0, blue = 0, squares = 0;
     std::uint32_t missing = 0;
     const std::uint8_t* const pixels = photo_.pixels.data();
     for (std::uint32_t x = begin; x < end; ++x) {
@@ -331,9 +343,12 @@ class ViewPass {
       red += rgb[0];
       green += rgb[1];
       blue += rgb[2];
+      const std::uint32_t brightness = brightness_of(rgb);
+      squares += brightness * brightness;
     }
     sums.pixels += end - begin - missing;
     sums.color = {red, green, blue};
+    sums.squares = squares;
   }
 
   /// Pixels begin .. end - 1 of the row that lie in the strip; few runs touch it.
@@ -378,7 +393,8 @@ class ViewPass {
     return {1,
             strip_words_ > 0 && in_strip(static_cast<std::uint32_t>(x), y) ? 1U : 0U,
             wants_gradient() ? of_.gradient[*photo_pixel] : std::uint64_t{0},
-            {rgb[0], rgb[1], rgb[2]}};
+            {rgb[0], rgb[1], rgb[2]},
+            std::uint64_t{brightness_of(rgb)} * brightness_of(rgb)};
   }
 
   std::vector<FaceRecord> records() const {
@@ -411,6 +427,8 @@ class ViewPass {
     if (sums.margin != 0) result.margin = share16(static_cast<double>(sums.margin) / static_cast<double>(sums.pixels));
     for (std::size_t c = 0; c < 3; ++c)
       result.color[c] = static_cast<std::uint16_t>((sums.color[c] * 256 + sums.pixels / 2) / sums.pixels);
+    result.contrast = static_cast<std::uint16_t>(std::lround(256 * sums.contrast()));
+    result.pixels = static_cast<std::uint16_t>(std::min<std::uint32_t>(sums.pixels, 65535));
     return result;
   }
 

@@ -8,7 +8,10 @@
 #include <span>
 
 #include "io/order_statistics.h"
+#include "labeling/costs/face_records.h"
+#include "labeling/costs/outliers.h"
 #include "labeling/costs/photo_consistency.h"
+#include "labeling/costs/view_statistics.h"
 #include "labeling/labeling.h"
 #include "tests/labeling/view_scene.h"
 
@@ -407,21 +410,24 @@ TEST(Candidates, ViewsOfOnePhotoVoteOnce) {
   const View view = view_from(0);
   const visibility::ViewVisibility seen = look(wall.mesh, view);
   const Image red = paint([](int x, int) { return x < 26 ? Color{200, 0, 0} : Color{90, 90, 90}; });
-  const auto red_candidates = [&](std::vector<std::uint32_t> photo_of_view) {
-    CandidateCollector collector(wall.mesh, {});
-    for (std::uint32_t v = 0; v < 4; ++v) collector.add_view(ViewId{v}, view, v < 2 ? grey(90) : red, seen);
-    collector.set_photos(std::move(photo_of_view));
-    const Candidates candidates = collector.finish();
+  const Grouped<std::uint32_t> neighbours = group_neighbours(wall.mesh.faces.size(), face_graph(wall.mesh).edges);
+  const auto outliers = [&](const std::vector<std::uint32_t>& photo_of_view) {
+    RecordsByView by_view;
+    ViewScratch of_views;
+    for (std::uint32_t v = 0; v < 4; ++v)
+      by_view[v] = view_statistics(wall.mesh, view, v < 2 ? grey(90) : red, seen, {}, of_views);
+    find_outliers(by_view, std::array<double, 12>{}, neighbours, photo_of_view);
     std::array<std::size_t, 4> counts{};
-    for (std::size_t face = 0; face < wall.mesh.faces.size(); ++face)
-      if (wall.centroid(face).x < -1.25)  // pixel 22
-        for (std::uint32_t v = 0; v < 4; ++v) counts[v] += is_candidate(candidates.table, face, v) ? 1 : 0;
+    for (const auto& [v, records] : by_view)
+      for (const FaceRecord& record : records)
+        if (wall.centroid(record.face).x < -1.25)  // pixel 22
+          counts[v] += record.disagreement > fixed_distance(kOutlierMeanDistance) ? 1 : 0;
     return counts;
   };
-  const std::size_t all = red_candidates({})[0];
+  EXPECT_EQ(outliers({}), (std::array<std::size_t, 4>{}));
+  const std::size_t all = outliers({0, 1, 2, 2})[2];
   EXPECT_GT(all, 20u);
-  EXPECT_EQ(red_candidates({}), (std::array{all, all, all, all}));
-  EXPECT_EQ(red_candidates({0, 1, 2, 2}), (std::array{all, all, std::size_t{0}, std::size_t{0}}));
+  EXPECT_EQ(outliers({0, 1, 2, 2}), (std::array{std::size_t{0}, std::size_t{0}, all, all}));
 }
 
 TEST(Candidates, FaceThatNoViewSeesIsUnseen) {

@@ -1,0 +1,406 @@
+#include "labeling/costs/unmodelled.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "labeling/costs/cells.h"
+#include "labeling/costs/photo_consistency.h"
+
+namespace gpvc::labeling {
+namespace {
+
+using Rgb = std::array<float, 3>;
+
+constexpr std::uint32_t kNoSight = 0xFFFFFFFFu;
+
+// Distances are in standard deviations of the difference between two photos of one surface. A doubled contrast counts as much as
+// two of them, structure that has nothing in common as five.
+constexpr float kOfContrast = 2, kOfStructure = 5;
+/// Distance at which two views neither agree nor differ; by one less they agree fully, by one more they differ fully.
+constexpr float kUndecided = 3;
+/// A step that exceeds the least one that any view shows by so much carries exp(-1) of what the cell beside tells.
+constexpr float kStep = 2;
+
+/// Cells of an area that a view shows something else in.
+constexpr std::size_t kLeastCells = 4;
+
+// Weights of the mean field, in natural logarithms of odds.
+constexpr float kPrior = 0.5F, kAround = 4, kLikeness = 2;
+/// Odds grow with this power of the number of views that agree by that of views that differ.
+constexpr float kVotes = 4;
+
+/// Variance of a channel's difference between two photos of a surface: that of photo_consistency.cpp's natural deviation, twice.
+float natural_variance(const Rgb& a, const Rgb& b) {
+  const float deviation = 4 + 0.04F * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]) / 6;
+  return 2 * deviation * deviation;
+}
+
+float square(float x) { return x * x; }
+
+float squared_difference(const Rgb& a, const Rgb& b) {
+  return square(a[0] - b[0]) + square(a[1] - b[1]) + square(a[2] - b[2]);
+}
+
+/// What two views, or two places, differ by in colour and contrast.
+struct Look {
+  Rgb rgb{};
+  float log_contrast = 0;
+};
+Look look_of(const CellSight& sight) { return {sight.rgb, sight.log_contrast}; }
+
+float squared_distance(const Look& a, const Look& b) {
+  return squared_difference(a.rgb, b.rgb) / natural_variance(a.rgb, b.rgb) +
+         square(kOfContrast * (a.log_contrast - b.log_contrast));
+}
+
+/// Sums over the parts of cells that two views show.
+class StructureSums {
+ public:
+  void add(const CellSight& a, const CellSight& b) {
+    for (std::uint32_t shown = a.shown & b.shown, part = 0; shown != 0; shown >>= 1U, ++part) {
+      if ((shown & 1U) == 0) continue;
+      ++parts_;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int x = a.parts[part][c], y = b.parts[part][c];
+        x_[c] += x;
+        y_[c] += y;
+        xx_ += x * x;
+        yy_ += y * y;
+        dd_ += (x - y) * (x - y);
+      }
+    }
+  }
+  /// The variance of the difference by its greatest value, that of two pictures that have nothing in common: 0 to about 1. Where
+  /// both are flat it is near 0.
+  float unlikeness(float natural_variance) const {
+    if (parts_ < 2) return 0;
+    const auto parts = static_cast<float>(parts_);
+    auto own = static_cast<float>(xx_ + yy_), difference = static_cast<float>(dd_);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto x = static_cast<float>(x_[c]), y = static_cast<float>(y_[c]);
+      own -= (square(x) + square(y)) / parts;
+      difference -= square(x - y) / parts;
+    }
+    return std::max(0.0F, difference) / (std::max(0.0F, own) + 3 * parts * natural_variance);
+  }
+
+ private:
+  std::int32_t parts_ = 0, xx_ = 0, yy_ = 0, dd_ = 0;  // at most 3 x 255^2 for each part of a dozen cells
+  std::array<std::int32_t, 3> x_{}, y_{};
+};
+
+/// The sight of a view in a cell; kNoSight if it has none there.
+std::uint32_t sight_of(const Grouped<CellSight>& sights, std::uint32_t cell, std::uint32_t view) {
+  const auto of_cell = sights[cell];
+  const auto found = std::ranges::lower_bound(of_cell, view, {}, &CellSight::view);
+  if (found == of_cell.end() || found->view != view) return kNoSight;
+  return static_cast<std::uint32_t>(sights.first[cell] + static_cast<std::size_t>(found - of_cell.begin()));
+}
+
+/// What photos agree on in a region of cells.
+using Palette = std::vector<Look>;
+
+/// A view in a cell beside its own.
+struct Link {
+  std::uint32_t sight = kNoSight;
+  float strength = 0;
+};
+
+class MeanField {
+ public:
+  MeanField(const Cells& cells, std::span<const std::uint32_t> photo_of_view)
+      : cells_(cells), photo_of_view_(photo_of_view), first_link_(cells.count() + 1), first_pair_(cells.count() + 1) {
+    const Grouped<CellSight>& sights = cells.sights;
+    for (std::size_t cell = 0; cell < cells.count(); ++cell) {
+      const std::size_t views = sights[cell].size();
+      first_link_[cell + 1] = first_link_[cell] + views * cells.beside[cell].size();
+      first_pair_[cell + 1] = first_pair_[cell] + views * views;
+    }
+    links_.resize(first_link_.back());
+    pairs_.resize(first_pair_.back());
+    likeness_.assign(sights.items.size(), 0);
+    agreeing_.assign(sights.items.size(), 0);
+    surface_.assign(sights.items.size(), 0.5F);
+    is_disputed_.assign(cells.count(), 1);
+    for_each_cell([&](std::uint32_t cell) { find_links(cell); });
+    for_each_cell([&](std::uint32_t cell) {
+      compare_views(cell);
+      settle(cell);
+    });
+  }
+
+  void solve() {
+    relax(8);
+    compare_with_surroundings();
+    relax(12);
+  }
+
+  /// What the field says of a sight. After solve().
+  bool shows_surface(std::uint32_t sight) const {
+    constexpr float kSure = 0.9F, kAgreeing = 0.9F;  // one other view agrees at least
+    return surface_[sight] > kSure && agreeing_[sight] > kAgreeing;
+  }
+  /// By sight, 1 where it shows something else and another view shows the surface: in areas of several cells, as what pairs of
+  /// photos differ by in one or two is noise, and would cost seams.
+  std::vector<std::uint8_t> others() const {
+    constexpr float kOther = 0.2F, kSurface = 0.6F;
+    std::vector<std::uint8_t> found(surface_.size(), 0);
+    for_each_cell([&](std::uint32_t cell) {
+      const std::size_t begin = cells_.sights.first[cell], end = cells_.sights.first[cell + 1];
+      float best = 0;
+      for (std::size_t i = begin; i < end; ++i) best = std::max(best, surface_[i]);
+      if (best > kSurface)
+        for (std::size_t i = begin; i < end; ++i) found[i] = surface_[i] < kOther ? 1 : 0;
+    });
+    drop_small_areas(found);
+    return found;
+  }
+
+ private:
+  template <class Body>
+  void for_each_cell(const Body& body) const {
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(cells_.count()), 256),
+                      [&](const auto& range) {
+                        for (std::uint32_t cell = range.begin(); cell != range.end(); ++cell) body(cell);
+                      });
+  }
+
+  /// Clears what is connected within a view to less than kLeastCells others.
+  void drop_small_areas(std::vector<std::uint8_t>& found) const {
+    struct Place {
+      std::uint32_t cell, sight;
+    };
+    std::vector<std::uint8_t> seen(found.size(), 0);
+    std::vector<Place> area;
+    for (std::uint32_t seed = 0; seed < cells_.count(); ++seed)
+      for (std::size_t s = cells_.sights.first[seed]; s < cells_.sights.first[seed + 1]; ++s) {
+        if (found[s] == 0 || seen[s] != 0) continue;
+        seen[s] = 1;
+        area.assign(1, {seed, static_cast<std::uint32_t>(s)});
+        for (std::size_t n = 0; n < area.size(); ++n) {
+          const auto [cell, sight] = area[n];
+          const auto beside = cells_.beside[cell];
+          const Link* links = links_.data() + first_link_[cell] + (sight - cells_.sights.first[cell]) * beside.size();
+          for (std::size_t k = 0; k < beside.size(); ++k) {
+            const std::uint32_t other = links[k].sight;
+            if (other == kNoSight || found[other] == 0 || seen[other] != 0) continue;
+            seen[other] = 1;
+            area.push_back({beside[k], other});
+          }
+        }
+        if (area.size() < kLeastCells)
+          for (const Place& place : area) found[place.sight] = 0;
+      }
+  }
+
+  void find_links(std::uint32_t cell) {
+    const auto mine = cells_.sights[cell];
+    const auto beside = cells_.beside[cell];
+    std::vector<float> step(mine.size());
+    for (std::size_t k = 0; k < beside.size(); ++k) {
+      float least = 1e9F;
+      const auto link_of = [&](std::size_t i) -> Link& { return links_[first_link_[cell] + i * beside.size() + k]; };
+      for (std::size_t i = 0; i < mine.size(); ++i) {
+        const std::uint32_t other = sight_of(cells_.sights, beside[k], mine[i].view);
+        link_of(i).sight = other;
+        if (other == kNoSight) continue;
+        step[i] = std::sqrt(squared_distance(look_of(mine[i]), look_of(cells_.sights.items[other])));
+        least = std::min(least, step[i]);
+      }
+      for (std::size_t i = 0; i < mine.size(); ++i)
+        if (link_of(i).sight != kNoSight) link_of(i).strength = std::exp(-square((step[i] - least) / kStep));
+    }
+  }
+
+  /// From -kUnit where two views differ to kUnit where they agree.
+  static constexpr float kUnit = 127;
+
+  bool same_photo(std::uint32_t a, std::uint32_t b) const {
+    return !photo_of_view_.empty() && photo_of_view_[a] == photo_of_view_[b];
+  }
+
+  void compare_views(std::uint32_t cell) {
+    const auto mine = cells_.sights[cell];
+    for (std::size_t i = 0; i < mine.size(); ++i)
+      for (std::size_t j = i + 1; j < mine.size(); ++j) {
+        if (same_photo(mine[i].view, mine[j].view)) continue;
+        const float distance = std::sqrt(squared_distance(look_of(mine[i]), look_of(mine[j])) +
+                                         square(kOfStructure * structure_unlikeness(cell, i, j)));
+        const float agreement = std::clamp(kUndecided - distance, -1.0F, 1.0F);
+        const auto stored = static_cast<std::int8_t>(std::lround(kUnit * agreement));
+        pairs_[first_pair_[cell] + i * mine.size() + j] = stored;
+        pairs_[first_pair_[cell] + j * mine.size() + i] = stored;
+      }
+  }
+
+  /// Where no two views differ, and some agree, all show the surface: nothing around would change that.
+  void settle(std::uint32_t cell) {
+    const auto pairs = pairs_of(cell);
+    if (std::ranges::any_of(pairs, [](std::int8_t pair) { return pair < 0; }) ||
+        std::ranges::all_of(pairs, [](std::int8_t pair) { return pair <= 0; }))
+      return;
+    is_disputed_[cell] = 0;
+    for (std::size_t i = 0; i < cells_.sights[cell].size(); ++i) {
+      surface_[cells_.sights.first[cell] + i] = 1;
+      agreeing_[cells_.sights.first[cell] + i] = static_cast<float>(cells_.sights[cell].size() - 1);
+    }
+  }
+  std::span<const std::int8_t> pairs_of(std::uint32_t cell) const {
+    return std::span(pairs_).subspan(first_pair_[cell], first_pair_[cell + 1] - first_pair_[cell]);
+  }
+
+  float structure_unlikeness(std::uint32_t cell, std::size_t i, std::size_t j) const {
+    constexpr std::uint8_t kAllParts = (1U << kCellParts) - 1;
+    const CellSight &a = cells_.sights[cell][i], &b = cells_.sights[cell][j];
+    StructureSums sums;
+    sums.add(a, b);
+    if (a.shown != kAllParts || b.shown != kAllParts) {
+      const std::size_t degree = cells_.beside[cell].size();
+      const Link* links = links_.data() + first_link_[cell];
+      for (std::size_t k = 0; k < degree; ++k) {
+        const std::uint32_t x = links[i * degree + k].sight, y = links[j * degree + k].sight;
+        if (x != kNoSight && y != kNoSight) sums.add(cells_.sights.items[x], cells_.sights.items[y]);
+      }
+    }
+    return sums.unlikeness(natural_variance(a.rgb, b.rgb));
+  }
+
+  /// Mean-field steps, halfway each, of all cells at once.
+  void relax(int steps) {
+    std::vector<float> next = surface_;
+    for (int n = 0; n < steps; ++n) {
+      for_each_cell([&](std::uint32_t cell) {
+        if (is_disputed_[cell] == 0) return;
+        const std::size_t begin = cells_.sights.first[cell], end = cells_.sights.first[cell + 1];
+        for (std::size_t i = begin; i < end; ++i) next[i] = 0.5F * surface_[i] + 0.5F * update(cell, i - begin);
+      });
+      surface_.swap(next);
+    }
+  }
+
+  float update(std::uint32_t cell, std::size_t i) {
+    const std::size_t begin = cells_.sights.first[cell], views = cells_.sights[cell].size();
+    const std::size_t degree = cells_.beside[cell].size();
+    float around = 0;
+    const Link* links = links_.data() + first_link_[cell] + i * degree;
+    for (std::size_t k = 0; k < degree; ++k)
+      if (links[k].sight != kNoSight) around += links[k].strength * (2 * surface_[links[k].sight] - 1);
+    if (degree > 0) around /= static_cast<float>(degree);
+    float agree = 0, differ = 0;
+    const std::int8_t* pairs = pairs_.data() + first_pair_[cell] + i * views;
+    for (std::size_t j = 0; j < views; ++j) {
+      const float weight = static_cast<float>(pairs[j]) * surface_[begin + j];
+      agree += std::max(weight, 0.0F);
+      differ += std::max(-weight, 0.0F);
+    }
+    agreeing_[begin + i] = agree / kUnit;
+    static_assert(kVotes == 4);
+    const float votes = square(square((1 + differ / kUnit) / (1 + agree / kUnit)));
+    return 1 / (1 + votes * std::exp(-(kPrior + kAround * around + kLikeness * likeness_[begin + i])));
+  }
+
+  /// Per cell what the photos agree on; none where they do not.
+  std::vector<Palette> agreed_looks() const {
+    constexpr float kSurface = 0.8F, kAgreeing = 0.7F;
+    std::vector<Palette> looks(cells_.count());
+    for_each_cell([&](std::uint32_t cell) {
+      Look sum;
+      float views = 0;
+      for (std::size_t i = cells_.sights.first[cell]; i < cells_.sights.first[cell + 1]; ++i) {
+        if (surface_[i] < kSurface || agreeing_[i] < kAgreeing) continue;
+        for (std::size_t c = 0; c < 3; ++c) sum.rgb[c] += cells_.sights.items[i].rgb[c];
+        sum.log_contrast += cells_.sights.items[i].log_contrast;
+        views += 1;
+      }
+      if (!(views > 0)) return;
+      for (float& level : sum.rgb) level /= views;
+      looks[cell].push_back({sum.rgb, sum.log_contrast / views});
+    });
+    return looks;
+  }
+
+  /// Finds how like each view of a cell where views differ is to what photos agree on in regions of some hundred cells around.
+  void compare_with_surroundings() {
+    constexpr float kRegionCells = 64;
+    constexpr std::size_t kLooks = 64;  // of a region, evenly
+    const Clusters regions = make_clusters(cells_.beside, std::vector<float>(cells_.count(), 1.0F), kRegionCells);
+    const Grouped<std::uint32_t> regions_beside = clusters_beside(regions, cells_.beside);
+    std::vector<Palette> palettes(regions.count);
+    const std::vector<Palette> looks = agreed_looks();
+    for (std::uint32_t cell = 0; cell < cells_.count(); ++cell) {
+      Palette& palette = palettes[regions.of_node[cell]];
+      palette.insert(palette.end(), looks[cell].begin(), looks[cell].end());
+    }
+    for (Palette& palette : palettes) {
+      const std::size_t stride = palette.size() / (kLooks + 1) + 1;
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < palette.size(); i += stride) palette[kept++] = palette[i];
+      palette.resize(kept);
+    }
+    for_each_cell([&](std::uint32_t cell) {
+      if (std::ranges::none_of(pairs_of(cell), [](std::int8_t pair) { return pair < 0; })) return;
+      const std::uint32_t region = regions.of_node[cell];
+      compare_with(palettes, region, regions_beside[region], cell);
+    });
+  }
+
+  void compare_with(std::span<const Palette> palettes, std::uint32_t region, std::span<const std::uint32_t> beside,
+                    std::uint32_t cell) {
+    constexpr float kMost = 2;
+    const std::size_t begin = cells_.sights.first[cell], views = cells_.sights[cell].size();
+    float mean = 0;
+    for (std::size_t i = begin; i < begin + views; ++i) {
+      const Look mine = look_of(cells_.sights.items[i]);
+      float density = 0.5F, looks = 0.5F;
+      const auto add = [&](const Palette& palette) {
+        looks += static_cast<float>(palette.size());
+        // A Gaussian, nearly: exp(-x) is the limit of (1 + x / n)^-n.
+        for (const Look& look : palette) density += 1 / square(square(square(1 + squared_distance(mine, look) / 16)));
+      };
+      add(palettes[region]);
+      for (const std::uint32_t other : beside) add(palettes[other]);
+      likeness_[i] = std::log(density / looks);
+      mean += likeness_[i] / static_cast<float>(views);
+    }
+    for (std::size_t i = begin; i < begin + views; ++i) likeness_[i] = std::clamp(likeness_[i] - mean, -kMost, kMost);
+  }
+
+  const Cells& cells_;
+  std::span<const std::uint32_t> photo_of_view_;
+  std::vector<std::size_t> first_link_, first_pair_;  ///< by cell
+  std::vector<Link> links_;                           ///< by cell, its views and the cells beside
+  std::vector<std::int8_t> pairs_;                    ///< by cell, all pairs of its views
+  std::vector<std::uint8_t> is_disputed_;             ///< by cell
+  std::vector<float> likeness_, agreeing_, surface_;  ///< by sight
+};
+
+}  // namespace
+
+void judge_cells(RecordsByView& by_view, const PhotoColors& colors, const Grouped<std::uint32_t>& neighbours,
+                 std::span<const std::uint32_t> photo_of_view) {
+  const Cells cells = make_cells(by_view, colors, neighbours);
+  MeanField field(cells, photo_of_view);
+  field.solve();
+  const std::vector<std::uint8_t> others = field.others();
+  std::vector<std::pair<std::uint32_t, std::vector<FaceRecord>*>> views;
+  for (auto& [view, records] : by_view) views.emplace_back(view, &records);
+  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t v) {
+    for (FaceRecord& record : *views[v].second) {
+      const std::uint32_t cell = cells.of_face[record.face];
+      if (cell == kNoCell || !record.is_full()) continue;
+      const std::uint32_t sight = sight_of(cells.sights, cell, views[v].first);
+      if (sight == kNoSight) continue;
+      if (others[sight] != 0)
+        record.disagreement = std::max(record.disagreement, fixed_distance(kMaxDistance));
+      else if (field.shows_surface(sight) && record.margin == 0)
+        record.disagreement = std::min(record.disagreement, fixed_distance(kOutlierMeanDistance));
+    }
+  });
+}
+
+}  // namespace gpvc::labeling
