@@ -26,9 +26,7 @@ struct Gaussian {
   }
 };
 
-/// Standard deviation, in grey levels, among photos that all show the same surface: 4 levels for noise and JPEG, 4 % for
-/// vignetting and sheen.
-double natural_deviation(const Vector& color) { return 4 + 0.04 * (color[0] + color[1] + color[2]) / 3; }
+double natural_deviation_of(const Vector& color) { return natural_deviation((color[0] + color[1] + color[2]) / 3); }
 
 Symmetric inverse(const Symmetric& m) {
   const double a = m[3] * m[5] - m[4] * m[4], b = m[2] * m[4] - m[1] * m[5], c = m[1] * m[4] - m[2] * m[3];
@@ -64,7 +62,7 @@ Gaussian robust_estimate(std::span<const ColorSample> samples, std::size_t votes
   // The median length of a normal vector in three dimensions is 1.538 standard deviations. Of three votes the median
   // distance is that of the second, which says nothing about the spread of two that agree.
   const double spread = votes > 3 ? median(values) / 1.538 : 0;
-  const double deviation = std::max(spread, natural_deviation(result.mean));
+  const double deviation = std::max(spread, natural_deviation_of(result.mean));
   const double weight = 1 / (deviation * deviation);
   result.inverse_covariance = {weight, 0, 0, weight, 0, weight};
   return result;
@@ -84,7 +82,7 @@ Gaussian fit(std::span<const ColorSample> samples, const std::vector<std::uint8_
     const Symmetric products{d[0] * d[0], d[0] * d[1], d[0] * d[2], d[1] * d[1], d[1] * d[2], d[2] * d[2]};
     for (std::size_t k = 0; k < 6; ++k) covariance[k] += products[k] / static_cast<double>(inliers);
   }
-  const double floor = natural_deviation(result.mean) * natural_deviation(result.mean);
+  const double floor = natural_deviation_of(result.mean) * natural_deviation_of(result.mean);
   for (const std::size_t diagonal : {0u, 3u, 5u}) covariance[diagonal] += floor;
   result.inverse_covariance = inverse(covariance);
   return result;

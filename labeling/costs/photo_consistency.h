@@ -33,6 +33,13 @@ constexpr std::uint16_t fixed_distance(double distance) {
 }
 constexpr double distance_from_fixed(std::uint16_t fixed) { return fixed / 1024.0; }
 
+/// Standard deviation of a channel, in grey levels, among photos that all show the same surface of this mean level: 4 levels for
+/// noise and JPEG, 4 % for vignetting and sheen.
+template <class Level>
+constexpr Level natural_deviation(Level level) {
+  return 4 + static_cast<Level>(0.04) * level;
+}
+
 /// Memory that calls share.
 struct ConsensusScratch {
   std::vector<double> values;

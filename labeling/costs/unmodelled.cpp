@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "labeling/costs/cells.h"
@@ -34,9 +37,9 @@ constexpr float kPrior = 0.5F, kAround = 4, kLikeness = 2;
 /// Odds grow with this power of the number of views that agree by that of views that differ.
 constexpr float kVotes = 4;
 
-/// Variance of a channel's difference between two photos of a surface: that of photo_consistency.cpp's natural deviation, twice.
+/// Variance of a channel's difference between two photos of a surface.
 float natural_variance(const Rgb& a, const Rgb& b) {
-  const float deviation = 4 + 0.04F * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]) / 6;
+  const float deviation = natural_deviation((a[0] + a[1] + a[2] + b[0] + b[1] + b[2]) / 6);
   return 2 * deviation * deviation;
 }
 
@@ -245,9 +248,12 @@ class MeanField {
         std::ranges::all_of(pairs, [](std::int8_t pair) { return pair <= 0; }))
       return;
     is_disputed_[cell] = 0;
-    for (std::size_t i = 0; i < cells_.sights[cell].size(); ++i) {
+    const std::size_t views = cells_.sights[cell].size();
+    for (std::size_t i = 0; i < views; ++i) {
       surface_[cells_.sights.first[cell] + i] = 1;
-      agreeing_[cells_.sights.first[cell] + i] = static_cast<float>(cells_.sights[cell].size() - 1);
+      const auto of_view = pairs.subspan(i * views, views);
+      agreeing_[cells_.sights.first[cell] + i] =
+          static_cast<float>(std::accumulate(of_view.begin(), of_view.end(), 0)) / kUnit;
     }
   }
   std::span<const std::int8_t> pairs_of(std::uint32_t cell) const {
@@ -305,9 +311,9 @@ class MeanField {
   }
 
   /// Per cell what the photos agree on; none where they do not.
-  std::vector<Palette> agreed_looks() const {
+  std::vector<std::optional<Look>> agreed_looks() const {
     constexpr float kSurface = 0.8F, kAgreeing = 0.7F;
-    std::vector<Palette> looks(cells_.count());
+    std::vector<std::optional<Look>> looks(cells_.count());
     for_each_cell([&](std::uint32_t cell) {
       Look sum;
       float views = 0;
@@ -319,7 +325,7 @@ class MeanField {
       }
       if (!(views > 0)) return;
       for (float& level : sum.rgb) level /= views;
-      looks[cell].push_back({sum.rgb, sum.log_contrast / views});
+      looks[cell] = Look{sum.rgb, sum.log_contrast / views};
     });
     return looks;
   }
@@ -331,11 +337,9 @@ class MeanField {
     const Clusters regions = make_clusters(cells_.beside, std::vector<float>(cells_.count(), 1.0F), kRegionCells);
     const Grouped<std::uint32_t> regions_beside = clusters_beside(regions, cells_.beside);
     std::vector<Palette> palettes(regions.count);
-    const std::vector<Palette> looks = agreed_looks();
-    for (std::uint32_t cell = 0; cell < cells_.count(); ++cell) {
-      Palette& palette = palettes[regions.of_node[cell]];
-      palette.insert(palette.end(), looks[cell].begin(), looks[cell].end());
-    }
+    const std::vector<std::optional<Look>> looks = agreed_looks();
+    for (std::uint32_t cell = 0; cell < cells_.count(); ++cell)
+      if (looks[cell]) palettes[regions.of_node[cell]].push_back(*looks[cell]);
     for (Palette& palette : palettes) {
       const std::size_t stride = palette.size() / (kLooks + 1) + 1;
       std::size_t kept = 0;
