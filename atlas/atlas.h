@@ -39,10 +39,16 @@ enum class Blending { none, coarse };
 inline constexpr Named<Blending> kBlendingNames[] = {{"none", Blending::none}, {"coarse", Blending::coarse}};
 
 /// How unseen faces, those without a view, are textured. fill: colours continued from around the hole. drop: as fill,
-/// and writers leave the faces out of formats that need not contain every face. color: one colour.
+/// and writers leave the faces out of formats that need not contain every face. color: one colour. Faces in whose place photos
+/// show background are left out by any of them.
 enum class UnseenFaces { fill, drop, color };
 inline constexpr Named<UnseenFaces> kUnseenFacesNames[] = {
     {"fill", UnseenFaces::fill}, {"drop", UnseenFaces::drop}, {"color", UnseenFaces::color}};
+
+/// True for faces that are left out of formats that need not contain every face.
+constexpr bool is_dropped(UnseenFaces unseen, labeling::FaceTag tag) {
+  return tag == labeling::FaceTag::background || (unseen == UnseenFaces::drop && tag == labeling::FaceTag::unseen);
+}
 
 struct AtlasOptions {
   int page_size = 8192;  ///< largest page edge, texels; pages are cropped to their content

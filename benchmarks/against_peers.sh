@@ -163,7 +163,7 @@ run() {
   rm -rf "$to"
   mkdir -p "$to/model"
   set_command "$2"
-  [ "$2" != TextureMesh ] || model=$to/model/model.glb
+  case $2 in TextureMesh | gpvc) model=$to/model/model.glb ;; esac
   # gpvc makes its folder itself.
   [ "$2" != gpvc ] || rmdir "$to/model"
   "$gnu_time" -f '%e %U %S %M' -o "$to/time.txt" "${command[@]}" >"$to/log.txt" 2>&1 || status=$?

@@ -110,7 +110,7 @@ run_fold() {
   "$gpvc" texture "$scene" "$mesh" "${from[@]}" --downscale "$downscale" --hold-out "@$list" "${extra[@]}" --no-resume -o "$to/model" >"$to/$2.log" 2>&1 ||
     fail "$name, fold $2, set $3: gpvc texture failed: $(said_last "$to/$2.log")"
   end=$(date +%s.%N)
-  "$gpvc" evaluate "$to/model/model.obj" "$scene" "${from[@]}" --mesh "$mesh" --views "@$list" -o "$to/scores" -q >>"$to/$2.log" 2>&1 ||
+  "$gpvc" evaluate "$to/model/model.glb" "$scene" "${from[@]}" --mesh "$mesh" --views "@$list" -o "$to/scores" -q >>"$to/$2.log" 2>&1 ||
     fail "$name, fold $2, set $3: gpvc evaluate failed: $(said_last "$to/$2.log")"
   mv "$to/scores/evaluate.json" "$to/$2.json"
   rm -r "$to/scores" "$to/model"

@@ -21,7 +21,6 @@ enum class Cure {
   limit_memory,    ///< set pipeline::Settings::memory_bytes to an amount that the run stays below
   skip_bad_photos,   ///< set io::SceneOptions::skip_bad_photos: photos that cannot be used are left out
   photos_folder,     ///< set io::SceneOptions::images_dir: where the photos are
-  mask_photos,       ///< exclude pixels by masks, see io::SceneOptions::masks_dir
   smaller_photos,    ///< raise io::SceneOptions::downscale
   fewer_views,       ///< name fewer of the scene's views in checks::Input::views
   fewer_faces,       ///< give a mesh of fewer faces

@@ -83,9 +83,14 @@ enum class Outliers { none, damp, clamp };
 inline constexpr Named<Outliers> kOutliersNames[] = {
     {"none", Outliers::none}, {"damp", Outliers::damp}, {"clamp", Outliers::clamp}};
 
+/// Whether what photos show beside the object is kept off it (background.h).
+enum class Background { none, automatic };
+inline constexpr Named<Background> kBackgroundNames[] = {{"auto", Background::automatic}, {"none", Background::none}};
+
 struct CostOptions {
   DataTerm term = DataTerm::area_angle;
   Outliers outliers = Outliers::clamp;
+  Background background = Background::automatic;
   /// Cost of a view of quality 0; one with half the quality of the face's best view costs half of it. The unit is the cost of a
   /// seam between two neighbouring faces (the solver's smoothness). A lower weight gives larger patches. Chosen by the error on
   /// held-out photos.
@@ -106,8 +111,10 @@ struct CostOptions {
   double hidden_cost = 1.0;
 };
 
-/// How a face's candidates see it: in full, only in part, or there are none. The values are those of tags.npy.
-enum class FaceTag : std::uint8_t { seen = 0, partial = 1, unseen = 2 };
+/// How a face's candidates see it: in full, only in part, or there are none; then photos may show background in its place
+/// (labeling/background.h). The values are those of tags.npy.
+enum class FaceTag : std::uint8_t { seen = 0, partial = 1, unseen = 2, background = 3 };
+constexpr bool has_candidates(FaceTag tag) { return tag == FaceTag::seen || tag == FaceTag::partial; }
 
 /// How well a photo agrees with the others about the surfaces that they see.
 struct ViewAgreement {
@@ -159,9 +166,8 @@ class CandidateCollector {
   ~CandidateCollector();
   /// Each view once, in any order; the result does not depend on the order. O(faces + pixels), TBB inside.
   void add_view(ViewId id, const View& view, const Image& photo, const visibility::ViewVisibility& visibility);
-  /// The statistics of a view, for add_statistics() of a collector of the same mesh and options; valid until the next call.
-  /// Empty for a view that judge() left out.
-  std::span<const std::byte> statistics_of(ViewId id) const;
+  /// The statistics of a view, for add_statistics() of a collector of the same mesh and options. Empty for a view that judge() left out.
+  std::vector<std::byte> statistics_of(ViewId id) const;
   /// Forgets a view, whose statistics have been taken elsewhere.
   void forget(ViewId id);
   /// Takes them instead of add_view(). False, and the view is not added, unless they are sound.

@@ -29,7 +29,7 @@ std::string other_export(const Scene& scene) {
 void report_unseen(const SceneCase& scene, results::Observer& observer) {
   const Input& input = scene.input;
   const std::span<const labeling::FaceTag> tags = scene.candidates.tags;
-  const auto [seen, partial, unseen] = count_tags(tags);
+  const auto [seen, partial, unseen, background] = count_tags(tags);
   if (static_cast<double>(seen + partial) >= kLeastSeen * static_cast<double>(tags.size())) return;
   const std::string found = fmt::format("photos see less than {:.0f} % of the faces", 100 * kLeastSeen);
   if (scene.tolerance.unseen || 2 * input.views.size() < input.scene.views.size())
@@ -236,8 +236,8 @@ bool tells_of_fit(std::span<const SmallPhoto> previews) {
 
 }  // namespace
 
-std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags) {
-  std::array<std::size_t, 3> counts{};
+std::array<std::size_t, 4> count_tags(std::span<const labeling::FaceTag> tags) {
+  std::array<std::size_t, 4> counts{};
   for (const labeling::FaceTag tag : tags) ++counts[static_cast<std::size_t>(tag)];
   return counts;
 }

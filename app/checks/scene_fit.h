@@ -65,7 +65,7 @@ struct Tolerance {
 };
 
 /// The numbers of faces tagged seen, partial and unseen.
-std::array<std::size_t, 3> count_tags(std::span<const labeling::FaceTag> tags);
+std::array<std::size_t, 4> count_tags(std::span<const labeling::FaceTag> tags);
 
 struct SceneFit {
   MeshFit photos;      ///< to the photos

@@ -25,8 +25,6 @@ std::string clause_of(Cure cure) {
       return "--skip-bad-photos goes on without them";
     case Cure::photos_folder:
       return "name the folder of the photos by --images DIR";
-    case Cure::mask_photos:
-      return "exclude pixels by masks, beside the photos or by --masks DIR";
     case Cure::smaller_photos:
       return "lower what it needs by --downscale 2";
     case Cure::fewer_views:

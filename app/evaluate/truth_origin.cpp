@@ -153,7 +153,7 @@ OriginOf origins_of_labels(const Mesh& mesh, const Scene& scene, std::vector<std
                            std::vector<std::uint8_t> tags) {
   return [&mesh, &scene, labels = std::move(labels), tags = std::move(tags)](
              std::uint32_t face, double b, double c) -> std::optional<atlas::PointOrigin> {
-    if (tags[face] == static_cast<std::uint8_t>(labeling::FaceTag::unseen)) return atlas::PointOrigin{};
+    if (!labeling::has_candidates(labeling::FaceTag{tags[face]})) return atlas::PointOrigin{};
     if (tags[face] != static_cast<std::uint8_t>(labeling::FaceTag::seen) || labels[face] < 0 ||
         static_cast<std::size_t>(labels[face]) >= scene.views.size())
       return std::nullopt;

@@ -29,6 +29,8 @@ inline constexpr double kSummedFace = 100;
 /// Two views are in work: each has item buffer and photo, and one more photo is decoded. The factor is for the strip along
 /// silhouettes and the depths that are drawn.
 inline constexpr double kSeenPixel = 1.53 * (2 * kOwnerPixel + 3 * kPhotoPixel);
+/// Where background is looked for: some 62 bytes for a square of 4 x 4 pixels, and two bits a pixel.
+inline constexpr double kBackgroundPixel = 62.0 / 16 + 0.25;
 
 inline double mesh(const Workload& work) { return kVertex * work.vertices + kFace * work.faces; }
 
@@ -41,7 +43,7 @@ inline double previews(const Workload& work) {
 
 /// While a view is looked at, beside the mesh.
 inline double view(const Workload& work) {
-  return kSeenPixel * work.most_pixels + kDrawnVertex * work.vertices +
+  return (kSeenPixel + kBackgroundPixel) * work.most_pixels + kDrawnVertex * work.vertices +
          kSummedFace * work.pairs / std::max(work.views, 1.0);
 }
 

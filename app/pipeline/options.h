@@ -27,7 +27,8 @@ GPVC_MEMBERS(VisibilityOptions, method, subpixel, draw_ivm)
 }  // namespace gpvc::visibility
 
 namespace gpvc::labeling {
-GPVC_MEMBERS(CostOptions, term, outliers, data_weight, margin_px, margin_cost, coarse_cost, keep_odd_views, hidden_cost)
+GPVC_MEMBERS(CostOptions, term, outliers, background, data_weight, margin_px, margin_cost, coarse_cost, keep_odd_views,
+             hidden_cost)
 GPVC_MEMBERS(SolverOptions, smoothness, max_sweeps, thorough, small_patch_faces, small_patch_rise)
 }  // namespace gpvc::labeling
 
@@ -76,6 +77,7 @@ inline constexpr Named<std::optional<io::UpAxis>> kUps[] = {
 // The names of an option's values.
 constexpr const auto& names_of(labeling::DataTerm) { return labeling::kDataTermNames; }
 constexpr const auto& names_of(labeling::Outliers) { return labeling::kOutliersNames; }
+constexpr const auto& names_of(labeling::Background) { return labeling::kBackgroundNames; }
 constexpr const auto& names_of(labeling::EdgeWeights) { return labeling::kEdgeWeightsNames; }
 constexpr const auto& names_of(atlas::PhotoAlignment) { return atlas::kPhotoAlignmentNames; }
 constexpr const auto& names_of(atlas::SeamLeveling) { return atlas::kSeamLevelingNames; }
@@ -140,6 +142,10 @@ auto options_of(T& o) {
       offered(o.outliers, "outliers", labels, kQuality,
               "Photos whose colour of a face differs from the others' (cars, people). clamp: not used there; damp: "
               "used less; none: used"),
+      offered(o.background, "background", views, kQuality,
+              "Sky behind a roof, the uniform backdrop of a turntable, black borders of photos. auto: not used as "
+              "texture; faces in whose place most photos show it are not in the GLB (the OBJ keeps every face); none: "
+              "taken for the surface"),
       offered(o.keep_odd_views, "keep-odd-photos", labels, kInput,
               "Also use photos that show something else than the others do (as a rule their pose is wrong). By default "
               "they are left out and named"),

@@ -13,6 +13,7 @@
 #include "app/pipeline/steps.h"
 #include "app/pipeline/stored.h"
 #include "app/pipeline/view_loop.h"
+#include "app/pipeline/viewpoint.h"
 #include "io/clock.h"
 #include "io/error.h"
 #include "io/photos.h"
@@ -62,18 +63,20 @@ std::vector<std::uint32_t> photo_of_view(const Scene& scene) {
 }
 
 void report_tags(const Input& input, const labeling::Candidates& candidates, Observer& observer) {
-  const auto [seen, partial, unseen] = checks::count_tags(candidates.tags);
+  const auto [seen, partial, unseen, background] = checks::count_tags(candidates.tags);
   observer.figure("tags.seen", seen);
   observer.figure("tags.partial", partial);
   observer.figure("tags.filled", unseen);
+  observer.figure("tags.background", background);
   observer.figure("candidates.full", candidates.full);
   observer.figure("candidates.partial", candidates.partial);
   observer.figure("candidates.rejected", candidates.rejected);
   const auto percent = [&](std::size_t count) {
     return 100 * static_cast<double>(count) / static_cast<double>(candidates.tags.size());
   };
-  observer.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled",
-                            percent(seen), percent(partial), percent(unseen)));
+  observer.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled{}",
+                            percent(seen), percent(partial), percent(unseen),
+                            background == 0 ? "" : fmt::format(", {:.1f} % background", percent(background))));
   if (seen + partial == 0)
     throw InputError(input.mesh_file, "",
                      "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "
@@ -123,6 +126,7 @@ class Sight {
  private:
   ViewSteps steps() {
     ViewSteps steps;
+    steps.up = up_direction(run_.input.scene, run_.input.views);
     if (run_.kept != nullptr) {
       steps.known = [this](ViewId id) {
         known_ = run_.kept->get<SeenView>(view_part(id));
@@ -147,8 +151,7 @@ class Sight {
       SeenView seen{{}, pack(id, visible.coverage), visible.statistics, look_.at(id, photo, visible)};
       costs_s_ += seconds_since(start);
       if (run_.kept != nullptr) {
-        const std::span<const std::byte> statistics = collector_.statistics_of(id);
-        seen.statistics.assign(statistics.begin(), statistics.end());
+        seen.statistics = collector_.statistics_of(id);
         run_.kept->put(view_part(id), seen);
       }
       add(id, std::move(seen));

@@ -67,10 +67,11 @@ std::string xml_text(const std::string& text) {
   return escaped;
 }
 
-// The model with unseen faces taken off their pages, which leaves them out of a glTF.
-io::TexturedModel without_unseen(io::TexturedModel model, std::span<const labeling::FaceTag> tags) {
+// The model with faces taken off their pages, which leaves them out of a glTF and of the preview.
+io::TexturedModel without_dropped(io::TexturedModel model, std::span<const labeling::FaceTag> tags,
+                                  atlas::UnseenFaces unseen) {
   for (std::size_t face = 0; face < model.face_page.size(); ++face)
-    if (tags[face] == labeling::FaceTag::unseen) model.face_page[face] = io::kNoPage;
+    if (atlas::is_dropped(unseen, tags[face])) model.face_page[face] = io::kNoPage;
   return model;
 }
 
@@ -214,18 +215,20 @@ void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image
 }
 
 WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
+  const atlas::UnseenFaces unseen = run_.settings.atlas.unseen;
+  const bool drops = std::ranges::any_of(tags_, [&](labeling::FaceTag tag) { return atlas::is_dropped(unseen, tag); });
+  const io::TexturedModel shown = drops ? without_dropped(model, tags_, unseen) : model;
   auto gltf = std::async(std::launch::async, [&] {
     if (last_page_.valid()) last_page_.get();
-    const bool drop = run_.settings.atlas.unseen == atlas::UnseenFaces::drop;
-    io::GltfFiles files = io::write_gltf(folder_.in_making() / "model", run_.settings.output.gltf,
-                                         drop ? without_unseen(model, tags_) : model, pages_, options_);
+    io::GltfFiles files =
+        io::write_gltf(folder_.in_making() / "model", run_.settings.output.gltf, shown, pages_, options_);
     io::write_npy_as<std::uint32_t>(faces_file_, files.faces);
     free_memory(files.faces);
     return files;
   });
   const io::UpAxis up =
       run_.input.mesh.file_positions.empty() ? options_.up : scene_up(run_.input.scene, run_.input.views);
-  const Viewpoint preview = write_preview(run_.input, model, preview_pages_, labels_, up, profile_, preview_file_);
+  const Viewpoint preview = write_preview(run_.input, shown, preview_pages_, labels_, up, profile_, preview_file_);
   promise_gltf(gltf.get(), run_.settings.output.gltf, folder_, run_.observer);
   return {preview, kBackground, options_.up, options_.offset};
 }

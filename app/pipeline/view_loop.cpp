@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "app/checks/black_borders.h"
 #include "io/photos.h"
+#include "labeling/background.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::pipeline {
@@ -46,7 +46,7 @@ std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSt
   }
   const std::launch policy = launch_policy();
   std::array<visibility::ViewVisibility, 2> buffers;  // one is filled while the costs of the other are computed
-  checks::BlackBorders borders;
+  labeling::BackgroundFinder background;
   std::future<void> costs;  // waited for before what it uses goes, also where the run is cancelled
   std::size_t n = 0;
   try {
@@ -63,8 +63,12 @@ std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSt
       visibility.classify(input.scene.views[index(id)], id, photos.exclusion(id).get(), visible);
       if (steps.drawn) steps.drawn(id, visible);
       if (costs.valid()) costs.get();
-      costs = std::async(policy, [&run, &steps, &borders, &visible, id, photo = decoded.share()] {
-        borders.add(run.input.scene.views[index(id)].camera, *photo.get());
+      costs = std::async(policy, [&, &visible = visible, id, photo = decoded.share()] {
+        if (run.settings.costs.background == labeling::Background::automatic) {
+          const View& view = run.input.scene.views[index(id)];
+          if (background.find(view, *photo.get(), run.photos.exclusion(id).get(), visible.ivm, steps.up))
+            visibility::exclude(run.input.mesh, view, id, background.found(), visible);
+        }
         steps.decoded(id, *photo.get(), visible);
       });
     }
@@ -74,7 +78,6 @@ std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSt
     refuse_damaged(run, n == 0 ? 0 : n - 1);  // while the costs of a view are computed, the next one is drawn
     throw;
   }
-  if (const Remark remark = borders.remark(); !remark.text.empty()) observer.warning(remark.text, remark.cures);
   return device ? std::optional(device->info()) : std::nullopt;
 }
 

@@ -16,6 +16,8 @@ namespace gpvc::pipeline {
 std::launch launch_policy();
 
 struct ViewSteps {
+  /// Of the scene, see up_direction(): the sky is above.
+  WorldPoint up{};
   /// True if what the view sees is known: then take() is called instead of the others. On the caller's thread.
   std::function<bool(ViewId)> known = {};
   /// On the caller's thread, while no decoded() runs.
@@ -27,8 +29,8 @@ struct ViewSteps {
 };
 
 /// Draws on the device that the settings name, of which it notes what draws and what classifies. Within a stage; reports its
-/// progress. Returns the device; nullopt: views were drawn natively. Warns of black
-/// borders of the photos. Throws GpuError, and what the photos throw: one InputError about all that cannot be decoded.
+/// progress. Returns the device; nullopt: views were drawn natively. Takes background
+/// that photos show away from what views see, but not from what drawn() is given. Throws GpuError, and what the photos throw: one InputError about all that cannot be decoded.
 std::optional<visibility::DeviceInfo> look_at_views(const Run& run, const ViewSteps& steps);
 
 }  // namespace gpvc::pipeline

@@ -120,12 +120,16 @@ Viewpoint framed(const std::vector<WorldPoint>& points, const WorldPoint& forwar
 
 }  // namespace
 
-io::UpAxis scene_up(const Scene& scene, std::span<const ViewId> used) {
+WorldPoint up_direction(const Scene& scene, std::span<const ViewId> used) {
   const MeanCamera mean = mean_camera(scene, used);
-  if (stand_upright(scene, used, mean)) return nearest_axis(mean.up);
+  if (stand_upright(scene, used, mean)) return unit(mean.up);
   // The viewing directions of cameras all around an object cancel each other; their up directions do not.
-  if (length(mean.forward) < 0.05) return nearest_axis(mean.up);
-  return nearest_axis(mean.forward * -1);
+  if (length(mean.forward) < 0.05) return unit(mean.up);
+  return unit(mean.forward * -1);
+}
+
+io::UpAxis scene_up(const Scene& scene, std::span<const ViewId> used) {
+  return nearest_axis(up_direction(scene, used));
 }
 
 WorldPoint up_vector(io::UpAxis axis) {

@@ -11,9 +11,11 @@
 
 namespace gpvc::pipeline {
 
-/// The axis of the scene that is nearest to "up": opposite to the cameras' mean viewing direction, or, for photos taken on
-/// the ground (up directions agree, viewing directions are level), the mean of the cameras' own up directions. \pre a used
-/// view
+/// Where "up" is: opposite to the cameras' mean viewing direction, or, for photos taken on the ground (up directions agree,
+/// viewing directions are level), the mean of the cameras' own up directions. Of length 1. \pre a used view
+WorldPoint up_direction(const Scene& scene, std::span<const ViewId> used);
+
+/// The axis of the scene that is nearest to up_direction().
 io::UpAxis scene_up(const Scene& scene, std::span<const ViewId> used);
 
 WorldPoint up_vector(io::UpAxis axis);

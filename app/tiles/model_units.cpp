@@ -58,7 +58,7 @@ void take_in_holes(TileAtlas& atlas) {
   // A hole that goes on farther is cut there, where its colours hardly depend on what lies beyond.
   constexpr int kHoleEdges = 24;
   const auto neighbours = group_neighbours(atlas.labels.size(), atlas.graph.edges);
-  const auto unseen = [&](std::uint32_t f) { return atlas.costs.tags[f] == labeling::FaceTag::unseen; };
+  const auto unseen = [&](std::uint32_t f) { return !labeling::has_candidates(atlas.costs.tags[f]); };
   std::vector<std::uint32_t> hole;
   for (std::uint32_t f = 0; f < atlas.labels.size(); ++f)
     if (atlas.border[f] == 0 && unseen(f)) hole.push_back(f);
@@ -105,9 +105,8 @@ void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
   const atlas::TextureAtlas atlas =
       pipeline::bake_into({input, settings, photos, observer_}, tile.input(scene, photos, exposure, alignment), memory,
                           {.stage = unit.name, .scratch_folder = folder_.unit(unit.name)}, &pages);
-  const bool drops = settings.atlas.unseen == atlas::UnseenFaces::drop;
   tileset::TileModel model = tileset::tile_model(atlas.model, own, pages.files(), [&](std::uint32_t f) {
-    return drops && tile.costs.tags[f] == labeling::FaceTag::unseen;
+    return atlas::is_dropped(settings.atlas.unseen, tile.costs.tags[f]);
   });
   tileset::add_photos(model, scene, own, tile.labels);
   if (finest) {

@@ -12,6 +12,7 @@
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "app/pipeline/view_loop.h"
+#include "app/pipeline/viewpoint.h"
 #include "app/tiles/done.h"
 #include "app/tiles/sound.h"
 #include "app/tiles/tile_work.h"
@@ -156,18 +157,19 @@ void UnitRunner::see(const Unit& unit, const io::WorkKey& key) {
   visibility::VisibilityStatistics sum;
   std::vector<ViewTells> told;
   pipeline::look_at_views({input, settings_, photos, observer_},
-                          {.decoded = [&](ViewId id, const Image& photo, const visibility::ViewVisibility& visible) {
-                            sum += visible.statistics;
-                            collector.add_view(id, scene.views[index(id)], photo, visible);
-                            divider.set(id, collector.statistics_of(id), visible.coverage);
-                            for (TileInGroup& tile : tiles)
-                              if (std::ranges::binary_search(job_.tiles(unit.level)[tile.number].views, id))
-                                tile.sights.push_back(divider.of_tile(tile.place));
-                            divider.clear();
-                            collector.forget(id);
-                            if (unit.level > 0) return;
-                            told.push_back({id, look.at(id, photo, visible)});
-                          }});
+                          {.up = pipeline::up_direction(job_.scene, job_.views),
+                           .decoded = [&](ViewId id, const Image& photo, const visibility::ViewVisibility& visible) {
+                             sum += visible.statistics;
+                             collector.add_view(id, scene.views[index(id)], photo, visible);
+                             divider.set(id, collector.statistics_of(id), visible.coverage);
+                             for (TileInGroup& tile : tiles)
+                               if (std::ranges::binary_search(job_.tiles(unit.level)[tile.number].views, id))
+                                 tile.sights.push_back(divider.of_tile(tile.place));
+                             divider.clear();
+                             collector.forget(id);
+                             if (unit.level > 0) return;
+                             told.push_back({id, look.at(id, photo, visible)});
+                           }});
   for (const TileInGroup& tile : tiles) put(unit, tile_file(tile.number), key, tile.sights);
   if (unit.level == 0) put(unit, "views", key, told);
   done_->figures["full"] = sum.full;

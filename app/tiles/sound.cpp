@@ -197,7 +197,7 @@ bool is_sound(std::span<const TileSight> sights, std::span<const ViewId> group, 
 
 bool is_sound(const TileCosts& costs, const Scene& scene, std::size_t faces) {
   return costs.tags.size() == faces &&
-         std::ranges::all_of(costs.tags, [](labeling::FaceTag tag) { return tag <= labeling::FaceTag::unseen; }) &&
+         std::ranges::all_of(costs.tags, [](labeling::FaceTag tag) { return tag <= labeling::FaceTag::background; }) &&
          is_sound(costs.table, faces, scene.views.size()) && is_sound(costs.coverage, scene, faces);
 }
 

@@ -159,9 +159,8 @@ class TilesetMaker {
       tiles[t].file = fmt::format("tiles/{}_{}.glb", level.number, t);
       folder_.file(tiles[t].file);
     }
-    const bool drops = run_.settings.atlas.unseen == atlas::UnseenFaces::drop;
     const auto drop = [&](std::uint32_t f) {
-      return drops && chosen.seen.candidates.tags[f] == labeling::FaceTag::unseen;
+      return atlas::is_dropped(run_.settings.atlas.unseen, chosen.seen.candidates.tags[f]);
     };
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t t) {
       if (tiles[t].file.empty()) return;

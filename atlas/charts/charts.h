@@ -66,7 +66,7 @@ inline std::uint32_t tile_of(const AtlasInput& input, std::size_t face) {
 
 /// False for unseen faces.
 inline bool has_view(const AtlasInput& input, std::size_t face) {
-  return input.labels[face] != kNoView && input.tags[face] != labeling::FaceTag::unseen;
+  return input.labels[face] != kNoView && labeling::has_candidates(input.tags[face]);
 }
 
 /// Which of the face's corners the vertex is. \pre one of them is

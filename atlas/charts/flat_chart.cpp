@@ -130,7 +130,7 @@ double bend(const TexelTriangle& p, const std::array<double, 3>& depths) {
 
 bool is_bent(const AtlasInput& input, std::uint32_t face) {
   const ViewId label = input.labels[face];
-  if (label == kNoView || input.tags[face] == labeling::FaceTag::unseen) return false;
+  if (label == kNoView || !labeling::has_candidates(input.tags[face])) return false;
   const std::optional<ProjectedFace> projected = project_face(input.mesh, face, input.scene.views[index(label)]);
   return projected && bend(projected->corners, projected->depths) > kMostBend;
 }

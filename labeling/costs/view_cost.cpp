@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -198,6 +199,25 @@ TableParts table_parts(RecordsByView& by_view, std::size_t faces, const CostOpti
   return parts;
 }
 
+/// Per view, the faces that it shows background in place of; ascending.
+using BackgroundByView = std::map<std::uint32_t, std::vector<std::uint32_t>>;
+
+/// Removes all records of faces that more views show background in place of than see at least half of: where photos show the sky
+/// behind a face, there is no surface, and what the others show there stands in front of it.
+void leave_out_background(RecordsByView& by_view, const BackgroundByView& background, std::size_t faces) {
+  std::vector<std::int32_t> balance;  // per face, views that see it less those that show background
+  for (const auto& [view, shown] : background) {
+    if (balance.empty() && !shown.empty()) balance.assign(faces, 0);
+    for (const std::uint32_t face : shown) --balance[face];
+  }
+  if (balance.empty()) return;
+  for (const auto& [view, records] : by_view)
+    for (const FaceRecord& record : records)
+      if (record.visible >= kWholeShare / 2) ++balance[record.face];
+  for (auto& [view, records] : by_view)
+    std::erase_if(records, [&](const FaceRecord& record) { return balance[record.face] < 0; });
+}
+
 }  // namespace
 
 struct CandidateCollector::State {
@@ -205,10 +225,27 @@ struct CandidateCollector::State {
   CostOptions options;
   std::vector<std::uint8_t> wanted;
   RecordsByView by_view;
+  BackgroundByView background{};
   std::optional<ViewScratch> scratch{std::in_place};      ///< empty after the last view
   std::optional<std::vector<ViewAgreement>> agreement{};  ///< once views are judged
   std::vector<std::uint32_t> photo_of_view{};             ///< or empty
   std::optional<Grouped<std::uint32_t>> neighbours{};     ///< while views are judged
+
+  void add(ViewId id, std::vector<FaceRecord> records) {
+    const auto view = static_cast<std::uint32_t>(index(id));
+    std::vector<std::uint32_t> shown;
+    for (const FaceRecord& record : records)
+      if (record.shows_background()) shown.push_back(record.face);
+    if (!shown.empty()) std::erase_if(records, &FaceRecord::shows_background);
+    by_view[view] = std::move(records);
+    if (!shown.empty()) background[view] = std::move(shown);
+  }
+
+  void tag_background(Candidates& candidates) const {
+    for (const auto& [view, shown] : background)
+      for (const std::uint32_t face : shown)
+        if (candidates.tags[face] == FaceTag::unseen) candidates.tags[face] = FaceTag::background;
+  }
 
   /// \param graph null: made here
   const Grouped<std::uint32_t>& group(const FaceGraph* graph) {
@@ -227,17 +264,29 @@ CandidateCollector::~CandidateCollector() = default;
 
 void CandidateCollector::add_view(ViewId id, const View& view, const Image& photo,
                                   const visibility::ViewVisibility& visibility) {
-  state_->by_view[static_cast<std::uint32_t>(id)] =
-      view_statistics(state_->mesh, view, photo, visibility, state_->options, *state_->scratch, state_->wanted);
+  state_->add(
+      id, view_statistics(state_->mesh, view, photo, visibility, state_->options, *state_->scratch, state_->wanted));
 }
 
-std::span<const std::byte> CandidateCollector::statistics_of(ViewId id) const {
-  const auto found = state_->by_view.find(static_cast<std::uint32_t>(id));
-  if (found == state_->by_view.end()) return {};
-  return std::as_bytes(std::span(found->second));
+std::vector<std::byte> CandidateCollector::statistics_of(ViewId id) const {
+  const auto view = static_cast<std::uint32_t>(index(id));
+  const auto records = state_->by_view.find(view);
+  if (records == state_->by_view.end()) return {};
+  std::vector<FaceRecord> all = records->second;
+  if (const auto shown = state_->background.find(view); shown != state_->background.end()) {
+    for (const std::uint32_t face : shown->second) all.push_back({.face = face});
+    const auto seen = static_cast<std::ptrdiff_t>(records->second.size());
+    std::inplace_merge(all.begin(), all.begin() + seen, all.end(),
+                       [](const FaceRecord& a, const FaceRecord& b) { return a.face < b.face; });
+  }
+  const auto bytes = std::as_bytes(std::span(all));
+  return {bytes.begin(), bytes.end()};
 }
 
-void CandidateCollector::forget(ViewId id) { state_->by_view.erase(static_cast<std::uint32_t>(index(id))); }
+void CandidateCollector::forget(ViewId id) {
+  state_->by_view.erase(static_cast<std::uint32_t>(index(id)));
+  state_->background.erase(static_cast<std::uint32_t>(index(id)));
+}
 
 bool is_sound(std::span<const std::byte> statistics, std::size_t faces) {
   if (statistics.size() % sizeof(FaceRecord) != 0) return false;
@@ -255,7 +304,7 @@ bool CandidateCollector::add_statistics(ViewId id, std::span<const std::byte> st
   if (!is_sound(statistics, state_->mesh.faces.size())) return false;
   std::vector<FaceRecord> records(statistics.size() / sizeof(FaceRecord));
   if (!records.empty()) std::memcpy(records.data(), statistics.data(), statistics.size());
-  state_->by_view[static_cast<std::uint32_t>(id)] = std::move(records);
+  state_->add(id, std::move(records));
   return true;
 }
 
@@ -267,6 +316,7 @@ void CandidateCollector::judge(const FaceGraph* graph) { judge_faces(judge_photo
 
 PhotoJudgement CandidateCollector::judge_photos(const FaceGraph* graph) {
   RecordsByView& by_view = state_->by_view;
+  leave_out_background(by_view, state_->background, state_->mesh.faces.size());
   state_->scratch.reset();
   PhotoJudgement photos{measure_agreement(by_view, state_->group(graph)), {}};
   leave_out(photos.agreement);
@@ -275,6 +325,7 @@ PhotoJudgement CandidateCollector::judge_photos(const FaceGraph* graph) {
 }
 
 void CandidateCollector::judge_faces(const PhotoJudgement& photos, const FaceGraph* graph) {
+  leave_out_background(state_->by_view, state_->background, state_->mesh.faces.size());
   leave_out(photos.agreement);
   if (state_->options.outliers != Outliers::none) {
     find_outliers(state_->by_view, photos.log2_gain, state_->group(graph), state_->photo_of_view);
@@ -301,6 +352,7 @@ const std::vector<ViewAgreement>& CandidateCollector::agreement() const { return
 Candidates CandidateCollector::candidates(const Allowed& allowed) const {
   auto parts = table_parts(state_->by_view, state_->mesh.faces.size(), state_->options, allowed);
   Candidates result = joined(parts, state_->mesh.faces.size());
+  state_->tag_background(result);
   result.agreement = agreement();
   return result;
 }
@@ -312,6 +364,7 @@ Candidates CandidateCollector::finish(const FaceGraph* graph, const Allowed& all
   state_->by_view.clear();
   release_freed_memory();
   Candidates result = joined(parts, state_->mesh.faces.size());
+  state_->tag_background(result);
   result.agreement = std::move(*state_->agreement);
   return result;
 }

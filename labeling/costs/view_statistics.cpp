@@ -202,7 +202,8 @@ double quality_of(DataTerm term, const FaceShape& shape, double visible_share, c
 
 /// True where a face of this class gets a record.
 bool is_candidate(visibility::FaceClass found) {
-  return found == visibility::FaceClass::full || found == visibility::FaceClass::partial;
+  using enum visibility::FaceClass;
+  return found == full || found == partial || found == background;
 }
 
 }  // namespace
@@ -406,10 +407,14 @@ class ViewPass {
                                             [](const visibility::FaceCoverage& e) { return index(e.face); });
       for (std::size_t slot = slots.begin(); slot != slots.end(); ++slot) {
         while (entry != entries.end() && index(entry->face) < of_.faces[slot]) ++entry;
+        const visibility::FaceClass of_face = visibility_.classes[of_.faces[slot]];
+        if (of_face == visibility::FaceClass::background) {
+          records[slot] = {.face = of_.faces[slot]};
+          continue;
+        }
         const bool found = entry != entries.end() && index(entry->face) == of_.faces[slot];
         const float share = found ? std::min(entry->visible_share, kMaxPartialShare) : 0.5f;
-        const bool full = visibility_.classes[of_.faces[slot]] == visibility::FaceClass::full;
-        records[slot] = record(slot, full ? 1.0 : static_cast<double>(share));
+        records[slot] = record(slot, of_face == visibility::FaceClass::full ? 1.0 : static_cast<double>(share));
       }
     });
     return records;
@@ -421,7 +426,7 @@ class ViewPass {
     if (sums.pixels == 0) sums = sums_at_centroid(corners(face));
     FaceRecord result;
     result.face = face;
-    result.visible = visible_share >= 1 ? kWholeShare : std::min<Share16>(share16(visible_share), kWholeShare - 1);
+    result.visible = visible_share >= 1 ? kWholeShare : std::clamp<Share16>(share16(visible_share), 1, kWholeShare - 1);
     if (sums.pixels == 0) return result;
     result.quality = static_cast<float>(quality_of(options_.term, of_.shapes[slot], visible_share, sums));
     if (sums.margin != 0) result.margin = share16(static_cast<double>(sums.margin) / static_cast<double>(sums.pixels));

@@ -189,7 +189,7 @@ TEST(PanoramaTexture, ShowsTheWallsInTheirColours) {
   results::Observer silent;
   const pipeline::TexturedMesh textured = pipeline::texture(scene, mesh, {}, photos, silent);
   // Frames overlap, so that every face lies whole in one.
-  const auto [seen, partial, unseen] = checks::count_tags(textured.tags);
+  const auto [seen, partial, unseen, background] = checks::count_tags(textured.tags);
   EXPECT_EQ(seen, mesh.faces.size());
   EXPECT_EQ(partial + unseen, 0);
   EXPECT_GE(std::set<ViewId>(textured.selection.labels.begin(), textured.selection.labels.end()).size(), 6);

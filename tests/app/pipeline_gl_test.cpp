@@ -137,7 +137,7 @@ TEST_F(Pipeline, PagesBakedOneByOneEqualPagesBakedTogether) {
   pipeline::Settings settings;
   settings.atlas.page_size = 256;
   const Chosen chosen = see_and_choose(settings);
-  const auto [seen, partial, unseen] = checks::count_tags(chosen.seen.candidates.tags);
+  const auto [seen, partial, unseen, background] = checks::count_tags(chosen.seen.candidates.tags);
   ASSERT_GT(partial, 0u);
   ASSERT_GT(unseen, 0u);
   CountedPhotos photos(photos_);
