@@ -186,6 +186,8 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   }
   statistics.seam_step_before = leveling->step_before;
   statistics.seam_step_after = leveling->step_after;
+  statistics.photo_misfit = leveling->misfit_before;
+  statistics.photo_misfit_exposed = leveling->misfit_exposed;
   statistics.cuts = leveling->cuts;
   release_freed_memory();
   statistics.leveling_s = seconds_since(start);

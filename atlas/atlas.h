@@ -85,6 +85,8 @@ struct AtlasStatistics {
   std::size_t seam_edges = 0;     ///< mesh edges between faces of different views, those of the border included
   /// Mean difference across these edges in grey levels (0..255). Zero, because not measured, with SeamLeveling::none.
   double seam_step_before = 0, seam_step_after = 0;
+  /// Mean difference of the photos on both sides (CIEDE2000), as they are and with their exposure corrected. Zero likewise.
+  double photo_misfit = 0, photo_misfit_exposed = 0;
   CutMisfit cuts{};                 ///< zeros with SeamLeveling::none
   AlignmentStatistics alignment{};  ///< zeros with PhotoAlignment::none
   double reduction = 1;             ///< factor on the scale of all charts that meets the limits

@@ -13,6 +13,7 @@ esac
 # Without the angle, a view's quality is its area in pixels; without smoothness, each face takes its cheapest view.
 no_angle="--data-term area"
 no_outliers="--outliers none"
+no_background="--background none"
 no_margin="--margin 0"
 no_smoothness="--smoothness 0"
 no_alignment="--align none"
@@ -25,6 +26,7 @@ exec "$here/cross_validation.sh" \
   --set all_parts="" \
   --set no_angle="$no_angle" \
   --set no_outliers="$no_outliers" \
+  --set no_background="$no_background" \
   --set no_margin="$no_margin" \
   --set no_smoothness="$no_smoothness" \
   --set no_alignment="$no_alignment" \
@@ -32,5 +34,5 @@ exec "$here/cross_validation.sh" \
   --set no_strips="--seams global" \
   --set no_leveling="$no_leveling" \
   --set one_photo_as_taken="$no_blending $no_leveling" \
-  --set no_part="$no_angle $no_outliers $no_margin $no_smoothness $no_alignment $no_blending $no_leveling" \
+  --set no_part="$no_angle $no_outliers $no_background $no_margin $no_smoothness $no_alignment $no_blending $no_leveling" \
   "$@"

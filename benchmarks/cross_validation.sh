@@ -87,7 +87,7 @@ mkdir -p "$out"
 out=$(cd "$out" && pwd)
 [ -f "$out/runs.csv" ] || [ -z "$(ls "$out")" ] || fail "$out holds other files; give another folder, or empty that one"
 for name in "${names[@]}"; do rm -rf "${out:?}/$name"; done
-echo "scene,set,fold,photos,wall_s,completeness,psnr_db,ssim,one_minus_ncc,ciede2000_with_gain" >"$out/runs.csv"
+echo "scene,set,fold,photos,wall_s,completeness,psnr_db,ssim,one_minus_ncc,ciede2000_with_gain,sharpness,cuts_px,photo_misfit" >"$out/runs.csv"
 
 # --- one fold -------------------------------------------------------------------------------------------------------
 
@@ -96,8 +96,10 @@ mean() {
   awk -F'[:,]' '
     /"mean"/ { mean = 1 } /}/ { mean = 0 }
     mean { gsub(/[ "]/, "", $1); value[$1] = $2 + 0 }
-    END { printf "%.6f,%.4f,%.6f,%.6f,%.4f", value["completeness"], value["psnr_db"], value["ssim"], value["one_minus_ncc"], value["ciede2000_with_gain"] }' "$1"
+    END { printf "%.6f,%.4f,%.6f,%.6f,%.4f,%.4f", value["completeness"], value["psnr_db"], value["ssim"], value["one_minus_ncc"], value["ciede2000_with_gain"], value["sharpness"] }' "$1"
 }
+# figure FILE NAME: of a run.json, empty where it has none.
+figure() { sed -n "s/^ *\"$2\": \([-0-9.e+]*\),*$/\1/p" "$1" | head -1; }
 
 # run_fold SCENE_NUMBER FOLD SET: textures without the fold's photos, scores, and adds a row to runs.csv.
 run_fold() {
@@ -113,8 +115,11 @@ run_fold() {
   "$gpvc" evaluate "$to/model/model.glb" "$scene" "${from[@]}" --mesh "$mesh" --views "@$list" -o "$to/scores" -q >>"$to/$2.log" 2>&1 ||
     fail "$name, fold $2, set $3: gpvc evaluate failed: $(said_last "$to/$2.log")"
   mv "$to/scores/evaluate.json" "$to/$2.json"
+  local cuts misfit
+  cuts=$(figure "$to/model/run.json" median_px)
+  misfit=$(figure "$to/model/run.json" photo_misfit_exposed)
   rm -r "$to/scores" "$to/model"
-  echo "$name,$3,$2,$(wc -l <"$list"),$(awk "BEGIN { printf \"%.2f\", $end - $start }"),$(mean "$to/$2.json")" >>"$out/runs.csv"
+  echo "$name,$3,$2,$(wc -l <"$list"),$(awk "BEGIN { printf \"%.2f\", $end - $start }"),$(mean "$to/$2.json"),${cuts:-0},${misfit:-0}" >>"$out/runs.csv"
   tail -1 "$out/runs.csv"
 }
 
@@ -155,13 +160,13 @@ table() {
     }
     function row(s, set) {
       print "| " (set == first ? s : "") " | " set " |" cell(s, set, "one_minus_ncc", "%.4f") " |" cell(s, set, "ssim", "%.4f") " |" \
-        cell(s, set, "psnr_db", "%.2f") " |" cell(s, set, "ciede2000_with_gain", "%.2f") " |" cell(s, set, "completeness", "%.4f") " |" cell(s, set, "wall_s", "%.1f") " |"
+        cell(s, set, "psnr_db", "%.2f") " |" cell(s, set, "ciede2000_with_gain", "%.2f") " |" cell(s, set, "sharpness", "%.3f") " |" cell(s, set, "cuts_px", "%.2f") " |" cell(s, set, "photo_misfit", "%.2f") " |" cell(s, set, "completeness", "%.4f") " |" cell(s, set, "wall_s", "%.1f") " |"
     }
     NR == 1 { for (i = 5; i <= NF; ++i) field[i] = $i; fields = NF; next }
     { ++count[$1, $2]; for (i = 5; i <= NF; ++i) mean[$1, $2, field[i]] += $i }
     END {
-      print "| scene | set | 1 - NCC | SSIM | PSNR, dB | dE2000 with gain | completeness | wall, s |"
-      print "|---|---|---|---|---|---|---|---|"
+      print "| scene | set | 1 - NCC | SSIM | PSNR, dB | dE2000 with gain | sharpness | cuts, px | photos, dE2000 | completeness | wall, s |"
+      print "|---|---|---|---|---|---|---|---|---|---|---|"
       set_count = split(ENVIRON["sets"], set, "\n"); scene_count = split(ENVIRON["scenes"], scene, "\n"); first = set[1]
       for (s = 1; s <= scene_count; ++s)
         for (n = 1; n <= set_count; ++n) {
@@ -182,7 +187,9 @@ report() {
   printf '\n- Means over the folds'
   for ((s = 0; s < scenes; ++s)); do printf '%s %s %s' "$([ $s = 0 ] && echo ':' || echo ',')" "${folds_of[s]}" "${names[s]}"; done
   printf '. In brackets the difference to %s.\n' "${sets[0]}"
-  printf -- '- Lower is better for 1 - NCC, dE2000 and wall time, higher for the others.\n'
+  printf -- '- Lower is better for 1 - NCC, dE2000, cuts and wall time, higher for the others. Sharpness is that of the photo where it\n'
+  printf -- '  is 1. Cuts: how far the photos on both sides are apart, in the median; photos: how different they are there with their\n'
+  printf -- '  exposures corrected; 0 where seams are not levelled.\n'
   for name in "${sets[@]}"; do printf -- '- %s: %s\n' "$name" "${options[$name]:-no options}"; done
 }
 echo

@@ -83,13 +83,14 @@ std::string evaluation_table(const Evaluation& evaluation) {
   std::size_t width = 4;
   for (const ViewScore& view : evaluation.views) width = std::max(width, view.view.size());
   std::string table = fmt::format(
-      "{:<{}}  complete   PSNR    SSIM   1-NCC  dE2000  without gain: PSNR  dE2000   95 %\n", "view", width);
+      "{:<{}}  complete   PSNR    SSIM   1-NCC  dE2000  sharp  without gain: PSNR  dE2000   95 %\n", "view", width);
   const auto line = [&](const std::string& name, const RephotographyScore& s) {
     const std::string complete = s.covered > 0 ? fmt::format("{:.4f}", s.completeness) : "     -";
     if (s.windows == 0) return fmt::format("{:<{}}    {}  nothing to compare\n", name, width, complete);
-    return fmt::format("{:<{}}    {}  {:5.2f}  {:.4f}  {:.4f}   {:5.2f}               {:5.2f}   {:5.2f}  {:5.2f}\n",
-                       name, width, complete, s.psnr, s.ssim, s.ncc_error, s.gained_color_error, s.raw_psnr,
-                       s.color_error, s.color_error_95);
+    return fmt::format(
+        "{:<{}}    {}  {:5.2f}  {:.4f}  {:.4f}   {:5.2f}   {:.2f}               {:5.2f}   {:5.2f}  {:5.2f}\n", name,
+        width, complete, s.psnr, s.ssim, s.ncc_error, s.gained_color_error, s.sharpness, s.raw_psnr, s.color_error,
+        s.color_error_95);
   };
   for (const ViewScore& view : evaluation.views) table += line(view.view, view.score);
   return table + line("mean", evaluation.mean);

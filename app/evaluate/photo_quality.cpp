@@ -8,8 +8,8 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "app/evaluate/color_difference.h"
 #include "app/results/observer.h"
+#include "io/color_difference.h"
 #include "io/order_statistics.h"
 
 namespace gpvc::evaluate {

@@ -9,8 +9,8 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "app/evaluate/color_difference.h"
 #include "app/pipeline/undistort.h"
+#include "io/color_difference.h"
 #include "io/photos.h"
 #include "io/vector.h"
 #include "visibility/item_buffer.h"
@@ -184,11 +184,28 @@ void score_colors(const cv::Mat& taken, const cv::Mat& made, const cv::Mat& scor
   score.color_error_95 = *most;
 }
 
+// Mean absolute Laplacian of luma over its mean.
+double relative_detail(const Image& image, const cv::Mat& scored) {
+  const cv::Mat rgb(image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.pixels.data()));
+  cv::Mat grey, laplacian;
+  cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+  cv::Laplacian(grey, laplacian, CV_16S);
+  const double mean = cv::mean(grey, scored)[0];
+  return mean > 0 ? cv::mean(cv::abs(laplacian), scored)[0] / mean : 0;
+}
+
+double sharpness_of(const Image& made, const Image& taken, const cv::Mat& scored) {
+  cv::Mat inner;  // the Laplacian of a pixel has its neighbours
+  cv::erode(scored, inner, cv::Mat::ones(3, 3, CV_8U), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  const double detail = relative_detail(taken, inner);
+  return detail > 0 ? relative_detail(made, inner) / detail : 0;
+}
+
 // Those that only windows give.
 constexpr double RephotographyScore::*kComparedFigures[] = {
-    &RephotographyScore::psnr,          &RephotographyScore::gained_color_error, &RephotographyScore::ssim,
-    &RephotographyScore::ncc_error,     &RephotographyScore::raw_psnr,           &RephotographyScore::color_error,
-    &RephotographyScore::color_error_95};
+    &RephotographyScore::psnr,        &RephotographyScore::gained_color_error, &RephotographyScore::ssim,
+    &RephotographyScore::ncc_error,   &RephotographyScore::sharpness,          &RephotographyScore::raw_psnr,
+    &RephotographyScore::color_error, &RephotographyScore::color_error_95};
 
 }  // namespace
 
@@ -220,6 +237,7 @@ Json score_json(const RephotographyScore& score) {
           {"ssim", compared(score.ssim)},
           {"one_minus_ncc", compared(score.ncc_error)},
           {"ciede2000_with_gain", compared(score.gained_color_error)},
+          {"sharpness", compared(score.sharpness)},
           {"psnr_without_gain_db", compared(score.raw_psnr)},
           {"ciede2000", compared(score.color_error)},
           {"ciede2000_95", compared(score.color_error_95)},
@@ -293,6 +311,9 @@ Rephotography compare_with_photo(const ComparedPhoto& photo, const pipeline::Ren
     result.score.gained_color_error = mean_of(color_errors(taken, made, scored));
     result.score.ssim = mean_ssim(luma(taken), luma(made), windows);
     result.score.ncc_error = cv::mean(errors, windows)[0];
+    const cv::Size size(render.image.width, render.image.height);
+    result.score.sharpness =
+        sharpness_of(render.image, photo.photo, reduce_mask(photo.inside, render.textured, size, 1));
   }
   result.tiles = tile_errors(errors, windows);
   result.photo = to_image(taken);

@@ -19,6 +19,9 @@ struct RephotographyScore {
   double gained_color_error = 0;
   double ssim = 0;       ///< mean over windows, 11 x 11 Gaussian, sigma 1.5, on luma
   double ncc_error = 0;  ///< mean of 1 - NCC over 11 x 11 boxes, on luma; 0 best
+  /// Mean absolute Laplacian of the render's luma, in whole pixels and relative to its mean, over that of the photo's: 1 is as
+  /// sharp as the photo, more is noise or seams.
+  double sharpness = 0;
   // Without the gain: what exposure, white balance and levelling leave.
   double raw_psnr = 0;                         ///< dB
   double color_error = 0, color_error_95 = 0;  ///< CIEDE2000 over the pixels: mean, and below which 95 % lie

@@ -53,6 +53,8 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
   }
   report_alignment(s.alignment, observer);
   if (leveled) {
+    observer.figure("photo_misfit", s.photo_misfit);
+    observer.figure("photo_misfit_exposed", s.photo_misfit_exposed);
     observer.figure("seam_step_before", s.seam_step_before);
     observer.figure("seam_step_after", s.seam_step_after);
     seams += fmt::format(", seam step {:.1f} to {:.1f}", s.seam_step_before, s.seam_step_after);

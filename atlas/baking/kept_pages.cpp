@@ -70,7 +70,8 @@ std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasIn
   LevelingResult r;
   const bool found = kept.store != nullptr && kept.store->read("leveling", kept.key, [&](io::WorkStore::Reader& in) {
     r = in.get<LevelingResult>();
-    if (!is_sound(r.correction, input, set) || !std::isfinite(r.step_before + r.step_after) || !is_sound(r.cuts))
+    if (!is_sound(r.correction, input, set) ||
+        !std::isfinite(r.step_before + r.step_after + r.misfit_before + r.misfit_exposed) || !is_sound(r.cuts))
       in.refuse();
   });
   return found ? std::optional(std::move(r)) : std::nullopt;

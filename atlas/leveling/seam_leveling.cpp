@@ -10,6 +10,7 @@
 #include "atlas/blending/seam_blend.h"
 #include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
+#include "io/color_difference.h"
 
 namespace gpvc::atlas {
 
@@ -31,6 +32,29 @@ double mean_step(const SeamSamples& seams) {
   return weight > 0 ? sum / weight : 0;
 }
 
+/// CIEDE2000 between the means of both sides, averaged over edges by their weight.
+double mean_misfit(const SeamSamples& seams) {
+  // The mean of so many edges is known to a few thousandths of their scatter.
+  constexpr std::size_t kEdges = 100000;
+  double sum = 0, weight = 0;
+  for (std::size_t e = 0; e < seams.edges.size(); e += 1 + seams.edges.size() / kEdges) {
+    const SeamEdge& edge = seams.edges[e];
+    std::array<Color, 2> mean{};
+    float edge_weight = 0;
+    for (std::size_t i = edge.first_sample; i < edge.first_sample + edge.samples; ++i) {
+      edge_weight += seams.weight[i];
+      for (std::size_t side = 0; side < 2; ++side) mean[side] = mean[side] + seams.weight[i] * seams.colors[i][side];
+    }
+    if (!(edge_weight > 0)) continue;
+    const auto lab = [&](const Color& c) {
+      return lab_from_srgb({c.r / edge_weight, c.g / edge_weight, c.b / edge_weight});
+    };
+    sum += double{edge_weight} * color_difference(lab(mean[0]), lab(mean[1]));
+    weight += double{edge_weight};
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
 /// Fits the corrections one after the other, each to the samples as the ones before have corrected them.
 class Leveler {
  public:
@@ -44,6 +68,7 @@ class Leveler {
       const Color gain = correction_.gain(input_.labels[face], frame);
       return corrected(gain * color, {}, gain);
     });
+    misfit_exposed_ = mean_misfit(seams_);
     blend_.add_to(seams_, correction_.exposure);
     fit_offsets(input_, seams_, correction_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
@@ -58,6 +83,8 @@ class Leveler {
     }
     return std::move(correction_);
   }
+  /// Of the photos with their exposure corrected.
+  double misfit_exposed() const { return misfit_exposed_; }
 
  private:
   /// Leaves weight to the samples of some edges alone, where there are many: those of all are no longer needed, and a
@@ -151,6 +178,7 @@ class Leveler {
   SeamSamples& seams_;
   const SeamBlend& blend_;
   ColorCorrection correction_;
+  double misfit_exposed_ = 0;
 };
 
 }  // namespace
@@ -165,8 +193,11 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
   SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &cuts});
   result.cuts = cuts.measure();
   result.step_before = mean_step(seams);
+  result.misfit_before = mean_misfit(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;
-  result.correction = Leveler(input, set, seams, blend).level(mode);
+  Leveler leveler(input, set, seams, blend);
+  result.correction = leveler.level(mode);
+  result.misfit_exposed = leveler.misfit_exposed();
   result.step_after = mean_step(seams);
   return result;
 }

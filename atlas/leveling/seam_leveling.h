@@ -24,9 +24,11 @@ struct LevelingResult {
   /// Absolute difference, in grey levels, of the means of both sides along a seam edge, averaged over channels and,
   /// weighted by length, over edges.
   double step_before = 0, step_after = 0;
+  /// The same as CIEDE2000, between the photos as they are and with their gains and fall-off corrected alone.
+  double misfit_before = 0, misfit_exposed = 0;
   CutMisfit cuts{};
 };
-GPVC_MEMBERS(LevelingResult, correction, step_before, step_after, cuts)
+GPVC_MEMBERS(LevelingResult, correction, step_before, step_after, misfit_before, misfit_exposed, cuts)
 
 /// none: no correction, reads no photo, steps are zero. global: exposure and offsets. full: strips, too. Deterministic.
 /// What `blending` adds to colours counts as theirs.

@@ -34,6 +34,26 @@ TEST(Rephotography, AGainOfThePhotoIsNoErrorOfColor) {
   EXPECT_GT(compare_with_photo(photo, render, 1).score.gained_color_error, 5);
 }
 
+TEST(Rephotography, SharpnessIsThatOfThePhotoWhateverTheGain) {
+  constexpr int kEdge = 64;
+  const std::vector<std::uint8_t> everywhere(kEdge * kEdge, 255);
+  const Image black{kEdge, kEdge, 3, std::vector<std::uint8_t>(kEdge * kEdge * 3, 0)};
+  ComparedPhoto photo{black, everywhere, everywhere};
+  pipeline::RenderResult same{black, everywhere}, blurred{black, everywhere};
+  const auto stripes = [](int x, int y) { return 60 + 30 * ((x / 3 + y / 5) % 2); };
+  for (int y = 0; y < kEdge; ++y)
+    for (int x = 0; x < kEdge; ++x)
+      for (std::size_t c = 0; c < 3; ++c) {
+        photo.photo.at(x, y)[c] = static_cast<std::uint8_t>(2 * stripes(x, y));
+        same.image.at(x, y)[c] = static_cast<std::uint8_t>(stripes(x, y));
+        int sum = 0;
+        for (int dx = -1; dx <= 1; ++dx) sum += stripes(x + dx + 3, y);
+        blurred.image.at(x, y)[c] = static_cast<std::uint8_t>(sum / 3);
+      }
+  EXPECT_NEAR(compare_with_photo(photo, same, 1).score.sharpness, 1, 0.01);
+  EXPECT_LT(compare_with_photo(photo, blurred, 1).score.sharpness, 0.8);
+}
+
 /// A block of 4 x 4 pixels does not fit into it.
 TEST(Rephotography, APhotoSmallerThanTheReductionHasNoScore) {
   const std::vector<std::uint8_t> everywhere(3 * 40, 255);

@@ -1,8 +1,8 @@
-#include "app/evaluate/color_difference.h"
+#include "io/color_difference.h"
 
 #include <gtest/gtest.h>
 
-namespace gpvc::evaluate {
+namespace gpvc {
 namespace {
 
 // Pairs of table 1 of Sharma, Wu, Dalal 2005: blues, greys about which the mean hue jumps, far and near colours.
@@ -43,4 +43,4 @@ TEST(ColorDifference, LabOfSrgbIsThatOfTheStandard) {
 }
 
 }  // namespace
-}  // namespace gpvc::evaluate
+}  // namespace gpvc

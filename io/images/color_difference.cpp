@@ -1,11 +1,11 @@
-#include "app/evaluate/color_difference.h"
+#include "io/color_difference.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
 
-namespace gpvc::evaluate {
+namespace gpvc {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -83,4 +83,4 @@ double color_difference(const LabColor& first, const LabColor& second) {
   return std::sqrt(std::max(0.0, el * el + ec * ec + eh * eh + rotation * ec * eh));
 }
 
-}  // namespace gpvc::evaluate
+}  // namespace gpvc
