@@ -20,6 +20,7 @@ enum class Cure {
   more_memory,     ///< free memory, or raise pipeline::Settings::memory_bytes
   limit_memory,    ///< set pipeline::Settings::memory_bytes to an amount that the run stays below
   skip_bad_photos,   ///< set io::SceneOptions::skip_bad_photos: photos that cannot be used are left out
+  keep_background,   ///< set labeling::CostOptions::background to none: sky and backdrops count as the surface
   photos_folder,     ///< set io::SceneOptions::images_dir: where the photos are
   smaller_photos,    ///< raise io::SceneOptions::downscale
   fewer_views,       ///< name fewer of the scene's views in checks::Input::views

@@ -23,6 +23,8 @@ std::string clause_of(Cure cure) {
       return "keep it below an amount by --memory SIZE";
     case Cure::skip_bad_photos:
       return "--skip-bad-photos goes on without them";
+    case Cure::keep_background:
+      return "--background none keeps them";
     case Cure::photos_folder:
       return "name the folder of the photos by --images DIR";
     case Cure::smaller_photos:

@@ -77,6 +77,14 @@ void report_tags(const Input& input, const labeling::Candidates& candidates, Obs
   observer.note(fmt::format("faces: {:.1f} % seen whole by some view, {:.1f} % in parts, {:.1f} % filled{}",
                             percent(seen), percent(partial), percent(unseen),
                             background == 0 ? "" : fmt::format(", {:.1f} % background", percent(background))));
+  // Skirts of a mesh about its silhouettes are a few hundredths.
+  constexpr double kManyPercent = 10;
+  if (percent(background) > kManyPercent)
+    observer.warning(
+        fmt::format("{:.0f} % of the faces have no surface: most photos show the sky or a backdrop in their "
+                    "place; they are not in the GLB",
+                    percent(background)),
+        {Cure::keep_background});
   if (seen + partial == 0)
     throw InputError(input.mesh_file, "",
                      "no photo sees any face of the mesh: are mesh and cameras in the same coordinates, and the "

@@ -218,6 +218,11 @@ void leave_out_background(RecordsByView& by_view, const BackgroundByView& backgr
     std::erase_if(records, [&](const FaceRecord& record) { return balance[record.face] < 0; });
 }
 
+void tag_background(std::span<const std::uint8_t> faces, Candidates& candidates) {
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (faces[f] != 0) candidates.tags[f] = FaceTag::background;
+}
+
 }  // namespace
 
 struct CandidateCollector::State {
@@ -241,10 +246,16 @@ struct CandidateCollector::State {
     if (!shown.empty()) background[view] = std::move(shown);
   }
 
-  void tag_background(Candidates& candidates) const {
+  /// Per face 1 if views show background in its place and none sees it; empty where no view shows any.
+  std::vector<std::uint8_t> background_faces() const {
+    std::vector<std::uint8_t> found;
+    if (background.empty()) return found;
+    found.assign(mesh.faces.size(), 0);
     for (const auto& [view, shown] : background)
-      for (const std::uint32_t face : shown)
-        if (candidates.tags[face] == FaceTag::unseen) candidates.tags[face] = FaceTag::background;
+      for (const std::uint32_t face : shown) found[face] = 1;
+    for (const auto& [view, records] : by_view)
+      for (const FaceRecord& record : records) found[record.face] = 0;
+    return found;
   }
 
   /// \param graph null: made here
@@ -350,21 +361,23 @@ void CandidateCollector::take_judgement(std::vector<ViewAgreement> agreement) {
 const std::vector<ViewAgreement>& CandidateCollector::agreement() const { return state_->agreement.value(); }
 
 Candidates CandidateCollector::candidates(const Allowed& allowed) const {
+  const std::vector<std::uint8_t> background = state_->background_faces();
   auto parts = table_parts(state_->by_view, state_->mesh.faces.size(), state_->options, allowed);
   Candidates result = joined(parts, state_->mesh.faces.size());
-  state_->tag_background(result);
+  tag_background(background, result);
   result.agreement = agreement();
   return result;
 }
 
 Candidates CandidateCollector::finish(const FaceGraph* graph, const Allowed& allowed) {
   if (!state_->agreement) judge(graph);
+  const std::vector<std::uint8_t> background = state_->background_faces();
   auto parts = table_parts(state_->by_view, state_->mesh.faces.size(), state_->options, allowed);
   // Of all that is known of the views, the table holds the rest: less than half as much.
   state_->by_view.clear();
   release_freed_memory();
   Candidates result = joined(parts, state_->mesh.faces.size());
-  state_->tag_background(result);
+  tag_background(background, result);
   result.agreement = std::move(*state_->agreement);
   return result;
 }
