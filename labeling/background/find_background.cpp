@@ -37,7 +37,7 @@ constexpr double kMostBorder = 0.2;                            ///< of a photo's
 constexpr int kMixed = 2;             ///< pixels beside background that are mixed with it, or ring by JPEG
 constexpr float kPixelDistance = 12;  ///< from background's colour, of its single pixels
 
-constexpr Color kBorder{};
+constexpr Color kBorder{};  // black
 
 /// What a cell shows.
 enum class Kind : std::uint8_t {
@@ -158,6 +158,7 @@ struct BackgroundFinder::State {
   Integral smooth_, bare_;
 };
 
+/// True for a cell without a face and without a step to those of its neighbours that have none either.
 bool BackgroundFinder::State::is_smooth(int x, int y) const {
   const FrameCell& here = cells.at(x, y);
   if (!here.is_bare() || here.spread > kMostSpread) return false;
@@ -167,7 +168,7 @@ bool BackgroundFinder::State::is_smooth(int x, int y) const {
   });
 }
 
-/// The same, whether faces are there or not.
+/// True for a cell without a step to its neighbours, whether faces are there or not.
 bool BackgroundFinder::State::is_smooth_around(Place at) const {
   return std::ranges::all_of(kAround, [&](const auto& step) {
     const Place other{at.x + step.first, at.y + step.second};
@@ -247,7 +248,7 @@ BackgroundFinder::State::Area BackgroundFinder::State::flood_bare(Place seed, co
     }
     around(from, [&](Place to) {
       if (kind_[index_of(to)] != Kind::other || !cell(to).is_bare() || !is_smooth(cell(from), cell(to))) return;
-      // Other surfaces are passed by no seeds, so that background does not creep along a smooth line.
+      // Along a smooth line between other surfaces there are no seeds, and background does not creep there.
       if (seeds_[index_of(from)] == 0 && seeds_[index_of(to)] == 0) return;
       kind_[index_of(to)] = Kind::background;
       area.cells.push_back(to);
