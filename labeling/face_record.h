@@ -17,13 +17,14 @@ struct FaceRecord {
   std::array<std::uint16_t, 3> color{};  ///< mean R, G, B of the pixels that show the face, times 256
   Share16 margin = 0;                    ///< share of those pixels within the strip along silhouettes
   /// Share of the face's samples that see it; kWholeShare if its class is full; 0 if the photo shows background there
-  /// (labeling/background.h), and then nothing else is set.
+  /// (labeling/background.h) or a mixture with it, and then nothing else is set but the margin, whole for a mixture.
   Share16 visible = 0;
   std::uint16_t disagreement = 0;  ///< with the face's other photos: fixed_distance()
   std::uint16_t contrast = 0;      ///< standard deviation of those pixels' brightness, in grey levels times 256
   std::uint16_t pixels = 0;        ///< how many those are; 65535 stands for more, too
   bool is_full() const { return visible == kWholeShare; }
-  bool shows_background() const { return visible == 0; }
+  bool has_surface() const { return visible != 0; }
+  bool is_mixed() const { return margin == kWholeShare; }  ///< if it has no surface
 };
 static_assert(sizeof(FaceRecord) == 24);
 

@@ -28,15 +28,17 @@ class PixelSet {
   std::vector<std::uint64_t> words_;
 };
 
-/// Pixels of a photo that show something else than the mesh; both sets are of the frame's size.
+/// Pixels of a photo that show something else than the mesh; all sets are of the frame's size.
 struct ExcludedPixels {
   PixelSet all;
-  PixelSet background;  ///< those of them that show for certain what lies behind; the others may be mixed with it
+  PixelSet background;  ///< those of them that show for certain what lies behind
+  PixelSet mixed;       ///< those that are mixed with it
 };
 
 /// As if a mask had excluded the pixels, which become kNoFace in the IVM. Faces that lose some of their pixels are partial; the
-/// share that is visible falls with their number. Faces that lose all are hidden, or FaceClass::background if at least half of
-/// them show background; so are faces without pixels whose centroids lie there. \param excluded of the IVM's size, in which `id`
+/// share that is visible falls with their number. Faces that lose all are FaceClass::background if at least half of them show
+/// background, else mixed if half of them show background or a mixture, else hidden; so are faces without pixels, by the pixels
+/// that hold their centroids. \param excluded of the IVM's size, in which `id`
 /// was seen \return how many of the pixels showed a face. O(pixels + faces).
 std::size_t exclude(const Mesh& mesh, const View& view, ViewId id, const ExcludedPixels& excluded,
                     ViewVisibility& seen);

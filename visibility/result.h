@@ -23,6 +23,7 @@ enum class FaceClass : std::uint8_t {
   full = 2,        ///< front-facing, all vertices in front of the camera and in [0,W] x [0,H], every sample sees it
   unresolved = 3,  ///< no pixel centre of the frame in the projection, and sub-pixel resolution is off
   background = 4,  ///< full or partial, until exclude() was told that the photo shows background there
+  mixed = 5,       ///< likewise, and the photo shows a mixture of background and other things there
 };
 
 /// The item buffer of one view. Row-major from the top-left; kNoFace where nothing (or no photo) is.

@@ -334,9 +334,9 @@ void BackgroundFinder::State::add_borders() {
 /// Excludes the pixels that show faces in cells of background and of borders, in the cells beside them those of the same
 /// colour, and those that are mixed with it.
 bool BackgroundFinder::State::mark_pixels(const Image& photo, const PhotoLookup& lookup, const visibility::Ivm& ivm) {
-  found.all = found.background = visibility::PixelSet(cells.width, cells.height);
+  found.all = found.background = found.mixed = visibility::PixelSet(cells.width, cells.height);
   bool any = false;
-  std::vector<Place> beside;
+  std::vector<std::pair<Place, Kind>> beside;
   const auto for_each_face_pixel = [&](Place at, const auto& visit) {
     const CellBox box = cells.box(at.x, at.y);
     for (int y = box.y0; y < box.y1; ++y)
@@ -361,7 +361,7 @@ bool BackgroundFinder::State::mark_pixels(const Image& photo, const PhotoLookup&
       color = &cell(other).mean;
     });
     if (kind == Kind::other) return;
-    beside.push_back(at);
+    beside.emplace_back(at, kind);
     for_each_face_pixel(at, [&](int x, int y) {
       const auto pixel = lookup.pixel(x, y);
       if (!pixel) return;
@@ -371,12 +371,15 @@ bool BackgroundFinder::State::mark_pixels(const Image& photo, const PhotoLookup&
     });
   });
   if (!any) return false;
-  std::vector<Place> mixed;
-  for (const Place& at : beside)
-    for_each_face_pixel(at, [&](int x, int y) {
-      if (!found.all.contains(x, y) && is_beside_excluded(x, y)) mixed.push_back({x, y});
+  std::vector<std::pair<Place, Kind>> mixed;
+  for (const auto& each : beside)
+    for_each_face_pixel(each.first, [&](int x, int y) {
+      if (!found.all.contains(x, y) && is_beside_excluded(x, y)) mixed.push_back({{x, y}, each.second});
     });
-  for (const Place& at : mixed) found.all.add(at.x, at.y);
+  for (const auto& [at, kind] : mixed) {
+    found.all.add(at.x, at.y);
+    if (kind == Kind::background) found.mixed.add(at.x, at.y);
+  }
   return true;
 }
 

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <map>
+#include <functional>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -199,16 +200,13 @@ TableParts table_parts(RecordsByView& by_view, std::size_t faces, const CostOpti
   return parts;
 }
 
-/// Per view, the faces that it shows background in place of; ascending.
-using BackgroundByView = std::map<std::uint32_t, std::vector<std::uint32_t>>;
-
-/// Removes all records of faces that more views show background in place of than see at least half of: where photos show the sky
-/// behind a face, there is no surface, and what the others show there stands in front of it.
-void leave_out_background(RecordsByView& by_view, const BackgroundByView& background, std::size_t faces) {
+/// Removes all records of faces that more views show background, or a mixture with it, in place of than see at least half of:
+/// where photos show the sky behind a face, there is no surface, and what the others show there stands in front of it.
+void leave_out_background(RecordsByView& by_view, const RecordsByView& background, std::size_t faces) {
   std::vector<std::int32_t> balance;  // per face, views that see it less those that show background
   for (const auto& [view, shown] : background) {
     if (balance.empty() && !shown.empty()) balance.assign(faces, 0);
-    for (const std::uint32_t face : shown) --balance[face];
+    for (const FaceRecord& record : shown) --balance[record.face];
   }
   if (balance.empty()) return;
   for (const auto& [view, records] : by_view)
@@ -218,9 +216,9 @@ void leave_out_background(RecordsByView& by_view, const BackgroundByView& backgr
     std::erase_if(records, [&](const FaceRecord& record) { return balance[record.face] < 0; });
 }
 
-void tag_background(std::span<const std::uint8_t> faces, Candidates& candidates) {
+void tag_background(const std::vector<bool>& faces, Candidates& candidates) {
   for (std::size_t f = 0; f < faces.size(); ++f)
-    if (faces[f] != 0) candidates.tags[f] = FaceTag::background;
+    if (faces[f]) candidates.tags[f] = FaceTag::background;
 }
 
 }  // namespace
@@ -230,7 +228,7 @@ struct CandidateCollector::State {
   CostOptions options;
   std::vector<std::uint8_t> wanted;
   RecordsByView by_view;
-  BackgroundByView background{};
+  RecordsByView background{};                             ///< records without a surface
   std::optional<ViewScratch> scratch{std::in_place};      ///< empty after the last view
   std::optional<std::vector<ViewAgreement>> agreement{};  ///< once views are judged
   std::vector<std::uint32_t> photo_of_view{};             ///< or empty
@@ -238,23 +236,27 @@ struct CandidateCollector::State {
 
   void add(ViewId id, std::vector<FaceRecord> records) {
     const auto view = static_cast<std::uint32_t>(index(id));
-    std::vector<std::uint32_t> shown;
-    for (const FaceRecord& record : records)
-      if (record.shows_background()) shown.push_back(record.face);
-    if (!shown.empty()) std::erase_if(records, &FaceRecord::shows_background);
+    std::vector<FaceRecord> shown;
+    std::ranges::copy_if(records, std::back_inserter(shown), std::not_fn(&FaceRecord::has_surface));
+    if (!shown.empty()) std::erase_if(records, std::not_fn(&FaceRecord::has_surface));
     by_view[view] = std::move(records);
     if (!shown.empty()) background[view] = std::move(shown);
   }
 
-  /// Per face 1 if views show background in its place and none sees it; empty where no view shows any.
-  std::vector<std::uint8_t> background_faces() const {
-    std::vector<std::uint8_t> found;
-    if (background.empty()) return found;
-    found.assign(mesh.faces.size(), 0);
+  /// Per face true if views show background in its place, no fewer than show a mixture with it, and none sees it; empty where no
+  /// view shows any.
+  std::vector<bool> background_faces() const {
+    if (background.empty()) return {};
+    std::vector<std::int32_t> balance(mesh.faces.size(), 0);
+    std::vector<bool> found(mesh.faces.size(), false);
     for (const auto& [view, shown] : background)
-      for (const std::uint32_t face : shown) found[face] = 1;
+      for (const FaceRecord& record : shown) {
+        balance[record.face] += record.is_mixed() ? -1 : 1;
+        if (!record.is_mixed()) found[record.face] = true;
+      }
+    for (std::size_t f = 0; f < found.size(); ++f) found[f] = found[f] && balance[f] >= 0;
     for (const auto& [view, records] : by_view)
-      for (const FaceRecord& record : records) found[record.face] = 0;
+      for (const FaceRecord& record : records) found[record.face] = false;
     return found;
   }
 
@@ -285,8 +287,8 @@ std::vector<std::byte> CandidateCollector::statistics_of(ViewId id) const {
   if (records == state_->by_view.end()) return {};
   std::vector<FaceRecord> all = records->second;
   if (const auto shown = state_->background.find(view); shown != state_->background.end()) {
-    for (const std::uint32_t face : shown->second) all.push_back({.face = face});
-    const auto seen = static_cast<std::ptrdiff_t>(records->second.size());
+    const auto seen = static_cast<std::ptrdiff_t>(all.size());
+    all.insert(all.end(), shown->second.begin(), shown->second.end());
     std::inplace_merge(all.begin(), all.begin() + seen, all.end(),
                        [](const FaceRecord& a, const FaceRecord& b) { return a.face < b.face; });
   }
@@ -361,7 +363,7 @@ void CandidateCollector::take_judgement(std::vector<ViewAgreement> agreement) {
 const std::vector<ViewAgreement>& CandidateCollector::agreement() const { return state_->agreement.value(); }
 
 Candidates CandidateCollector::candidates(const Allowed& allowed) const {
-  const std::vector<std::uint8_t> background = state_->background_faces();
+  const std::vector<bool> background = state_->background_faces();
   auto parts = table_parts(state_->by_view, state_->mesh.faces.size(), state_->options, allowed);
   Candidates result = joined(parts, state_->mesh.faces.size());
   tag_background(background, result);
@@ -371,7 +373,7 @@ Candidates CandidateCollector::candidates(const Allowed& allowed) const {
 
 Candidates CandidateCollector::finish(const FaceGraph* graph, const Allowed& allowed) {
   if (!state_->agreement) judge(graph);
-  const std::vector<std::uint8_t> background = state_->background_faces();
+  const std::vector<bool> background = state_->background_faces();
   auto parts = table_parts(state_->by_view, state_->mesh.faces.size(), state_->options, allowed);
   // Of all that is known of the views, the table holds the rest: less than half as much.
   state_->by_view.clear();

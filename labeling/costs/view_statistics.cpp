@@ -200,10 +200,16 @@ double quality_of(DataTerm term, const FaceShape& shape, double visible_share, c
   return quality;
 }
 
+/// True where the photo shows no surface of a face that the view would see.
+bool is_beside_surface(visibility::FaceClass found) {
+  using enum visibility::FaceClass;
+  return found == background || found == mixed;
+}
+
 /// True where a face of this class gets a record.
 bool is_candidate(visibility::FaceClass found) {
   using enum visibility::FaceClass;
-  return found == full || found == partial || found == background;
+  return found == full || found == partial || is_beside_surface(found);
 }
 
 }  // namespace
@@ -408,8 +414,9 @@ class ViewPass {
       for (std::size_t slot = slots.begin(); slot != slots.end(); ++slot) {
         while (entry != entries.end() && index(entry->face) < of_.faces[slot]) ++entry;
         const visibility::FaceClass of_face = visibility_.classes[of_.faces[slot]];
-        if (of_face == visibility::FaceClass::background) {
-          records[slot] = {.face = of_.faces[slot]};
+        if (is_beside_surface(of_face)) {
+          records[slot] = {.face = of_.faces[slot],
+                           .margin = of_face == visibility::FaceClass::mixed ? kWholeShare : Share16{0}};
           continue;
         }
         const bool found = entry != entries.end() && index(entry->face) == of_.faces[slot];

@@ -403,6 +403,51 @@ TEST(Candidates, RimsInTheStripAreOutliersByThemselves) {
   EXPECT_LE(5 * red_pixels(CostOptions{}.margin_px), without);
 }
 
+// Where photos show what lies behind a face, or a mixture with it, there is no surface, and the photo that shows something there
+// shows what stands in front. A mixture does not tell which it is: the face is filled, not left out.
+TEST(Candidates, BackgroundAndMixturesHaveAVote) {
+  using enum visibility::FaceClass;
+  const Wall wall;
+  const std::vector<Image> photos = photos_with_a_visitor(wall, {1, 1, 1, 1, 1});
+  struct Case {
+    visibility::FaceClass in[3];
+    FaceTag tag;
+  };
+  const Case cases[] = {
+      {{full, full, full}, FaceTag::seen},
+      {{full, mixed, full}, FaceTag::seen},
+      {{full, mixed, mixed}, FaceTag::unseen},
+      {{full, background, background}, FaceTag::background},
+      {{full, mixed, background}, FaceTag::background},
+      {{mixed, mixed, background}, FaceTag::unseen},
+      {{hidden, mixed, hidden}, FaceTag::unseen},
+      {{full, background, hidden}, FaceTag::seen},
+  };
+  CandidateCollector collector(wall.mesh, {});
+  std::size_t face = 0;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    visibility::ViewVisibility seen = look(wall.mesh, wall.views[i], ViewId{i});
+    face = 0;
+    for (const Case& each : cases) {
+      ASSERT_EQ(seen.classes[face], full);
+      seen.classes[face] = each.in[i];
+      face += 17;
+    }
+    collector.add_view(ViewId{i}, wall.views[i], photos[i], seen);
+  }
+  CandidateCollector again(wall.mesh, {});
+  for (std::uint32_t i = 0; i < 3; ++i)
+    ASSERT_TRUE(again.add_statistics(ViewId{i}, collector.statistics_of(ViewId{i})));
+  for (CandidateCollector* each : {&collector, &again}) {
+    const Candidates candidates = each->finish();
+    face = 0;
+    for (const Case& expected : cases) {
+      EXPECT_EQ(candidates.tags[face], expected.tag) << face / 17;
+      face += 17;
+    }
+  }
+}
+
 // Someone in a panorama is in both of its views that overlap there. Against two photos without, two views are no majority,
 // and one photo is an outlier.
 TEST(Candidates, ViewsOfOnePhotoVoteOnce) {

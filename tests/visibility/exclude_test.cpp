@@ -69,7 +69,8 @@ TEST(Exclude, GivesWhatAMaskGives) {
   ASSERT_EQ(seen.classes[2], FaceClass::partial);
   ASSERT_EQ(seen.classes[4], FaceClass::full);
   const PixelSet set = pixels(excluded);
-  EXPECT_GT(exclude(mesh, straight(), ViewId{7}, {set, PixelSet(kColumns, kRows)}, seen), 50u);
+  EXPECT_GT(exclude(mesh, straight(), ViewId{7}, {set, PixelSet(kColumns, kRows), PixelSet(kColumns, kRows)}, seen),
+            50u);
 
   io::PhotoExclusion mask{kColumns, kRows, 1, std::vector<std::uint64_t>(kRows, 0)};
   for (int y = 0; y < kRows; ++y)
@@ -95,13 +96,16 @@ TEST(Exclude, TellsBackgroundFromWhatIsHidden) {
   add_square(mesh, 24, 8, 10, 8);       // all of it excluded, little of it background
   add_square(mesh, 40.3, 8.3, 0.1, 8);  // smaller than a pixel, in background
   add_square(mesh, 50, 8, 10, 8);       // nothing of it excluded
+  add_square(mesh, 24, 20, 10, 8);      // all of it excluded, most of it mixed with background
   ViewVisibility seen = look(mesh);
-  for (std::uint32_t f = 0; f < 8; ++f) ASSERT_EQ(seen.classes[f], FaceClass::full) << f;
+  for (std::uint32_t f = 0; f < 10; ++f) ASSERT_EQ(seen.classes[f], FaceClass::full) << f;
   const PixelSet all = pixels([](int x, int) { return x < 45; });
   const PixelSet background = pixels([](int x, int y) { return (x < 45 && x > 35) || x < 20 || (x < 45 && y < 10); });
-  exclude(mesh, straight(), ViewId{7}, {all, background}, seen);
+  const PixelSet mixed = pixels([](int x, int y) { return x > 20 && x <= 35 && y >= 18; });
+  exclude(mesh, straight(), ViewId{7}, {all, background, mixed}, seen);
   for (const std::uint32_t f : {0u, 1u, 4u, 5u}) EXPECT_EQ(seen.classes[f], FaceClass::background) << f;
   EXPECT_EQ(seen.classes[3], FaceClass::hidden);
+  for (const std::uint32_t f : {8u, 9u}) EXPECT_EQ(seen.classes[f], FaceClass::mixed) << f;
   for (const std::uint32_t f : {6u, 7u}) EXPECT_EQ(seen.classes[f], FaceClass::full) << f;
   EXPECT_TRUE(seen.coverage.entries.empty());
   EXPECT_EQ(seen.statistics.full, 2u);

@@ -8,9 +8,26 @@ namespace {
 
 constexpr std::uint32_t kNoNumber = 0xFFFFFFFFu;
 
-/// The pixels of a face that remain, how many it had, and how many of those show background.
+/// How many pixels a face had, and how many of those show background or a mixture with it.
+struct Lost {
+  std::uint32_t had = 0, background = 0, mixed = 0;
+
+  void count(const ExcludedPixels& excluded, int x, int y) {
+    ++had;
+    background += excluded.background.contains(x, y) ? 1 : 0;
+    mixed += excluded.mixed.contains(x, y) ? 1 : 0;
+  }
+  /// Of a face that has lost all of them.
+  FaceClass face_class() const {
+    if (2 * background >= had) return FaceClass::background;
+    return 2 * (background + mixed) >= had ? FaceClass::mixed : FaceClass::hidden;
+  }
+};
+
+/// The pixels of a face that remain.
 struct Rest {
-  std::uint32_t had = 0, has = 0, background = 0;
+  Lost lost{};
+  std::uint32_t has = 0;
   std::int32_t x0 = 0, y0 = 0, x1 = -1, y1 = -1;  ///< first and last pixels of their box
   std::size_t entry = 0;                          ///< of the face in the new coverage
 
@@ -84,12 +101,15 @@ class Exclusion {
     const auto at = pixel_from_world(view_, {(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3});
     if (!at || !(at->x >= 0 && at->y >= 0 && at->x < seen_.ivm.width && at->y < seen_.ivm.height)) return;
     const auto x = static_cast<int>(at->x), y = static_cast<int>(at->y);
-    if (excluded_.all.contains(x, y)) take_away(face, excluded_.background.contains(x, y));
+    if (!excluded_.all.contains(x, y)) return;
+    Lost lost;
+    lost.count(excluded_, x, y);
+    take_away(face, lost);
   }
 
-  void take_away(std::size_t face, bool is_background) {
+  void take_away(std::size_t face, const Lost& lost) {
     --(seen_.classes[face] == FaceClass::full ? seen_.statistics.full : seen_.statistics.partial);
-    seen_.classes[face] = is_background ? FaceClass::background : FaceClass::hidden;
+    seen_.classes[face] = lost.face_class();
   }
 
   Rest* rest_of(FaceId face) {
@@ -101,9 +121,8 @@ class Exclusion {
     for_each_pixel([&](int x, int y, FaceId face) {
       Rest* rest = rest_of(face);
       if (rest == nullptr) return;
-      ++rest->had;
+      rest->lost.count(excluded_, x, y);
       if (!excluded_.all.contains(x, y)) rest->add(x, y);
-      if (excluded_.background.contains(x, y)) ++rest->background;
     });
   }
 
@@ -116,7 +135,7 @@ class Exclusion {
       if (entry != before.entries.end() && index(entry->face) == f) {
         copy(*entry++, before);
       } else if (rest != nullptr && rest->has == 0) {
-        take_away(f, 2 * rest->background >= rest->had);
+        take_away(f, rest->lost);
       } else if (rest != nullptr) {
         add(f, *rest);
       }
@@ -130,12 +149,12 @@ class Exclusion {
     FaceCoverage copied = entry;
     copied.first_word = coverage.words.size();
     coverage.words.insert(coverage.words.end(), first, first + static_cast<std::ptrdiff_t>(word_count(entry)));
-    std::size_t had = 0, has = 0, background = 0;
+    Lost lost;
+    std::uint32_t has = 0;
     for (int y = entry.y0; y < entry.y0 + entry.height; ++y)
       for (int x = entry.x0; x < entry.x0 + entry.width; ++x) {
         if (!from.sees(entry, x, y)) continue;
-        ++had;
-        background += excluded_.background.contains(x, y) ? 1 : 0;
+        lost.count(excluded_, x, y);
         if (excluded_.all.contains(x, y))
           set(coverage, copied, x, y, false);
         else
@@ -143,10 +162,10 @@ class Exclusion {
       }
     if (has == 0) {
       coverage.words.resize(copied.first_word);
-      take_away(index(entry.face), 2 * background >= had);
+      take_away(index(entry.face), lost);
       return;
     }
-    const double share = static_cast<double>(has) / static_cast<double>(had);
+    const double share = static_cast<double>(has) / static_cast<double>(lost.had);
     copied.visible = static_cast<std::uint32_t>(std::max(1.0, share * copied.visible));
     copied.visible_share *= static_cast<float>(share);
     coverage.entries.push_back(copied);
@@ -162,7 +181,7 @@ class Exclusion {
     entry.width = rest.x1 - rest.x0 + 1;
     entry.height = rest.y1 - rest.y0 + 1;
     entry.visible = rest.has;
-    entry.visible_share = static_cast<float>(rest.has) / static_cast<float>(rest.had);
+    entry.visible_share = static_cast<float>(rest.has) / static_cast<float>(rest.lost.had);
     entry.first_word = seen_.coverage.words.size();
     seen_.coverage.words.resize(entry.first_word + word_count(entry), 0);
     rest.entry = seen_.coverage.entries.size();
