@@ -185,6 +185,8 @@ struct View {
   bool uses_alpha = false;       ///< pixels of the photo with alpha 0 are excluded
   int reduction = 1;             ///< pixels of the photo and the mask to one of the camera, each way
   std::uint32_t number = 0;      ///< COLMAP's number of the image, which its points refer to
+  /// Exposure value at ISO 100 that the photo was taken with, by its EXIF data: with one more, a camera gathers half the light.
+  std::optional<float> exposure_value{};
 };
 
 /// Other coordinates that a program writes meshes of the same scene in: x_frame = scale * rotation * (x_scene - origin).

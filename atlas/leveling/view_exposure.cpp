@@ -3,7 +3,8 @@
 // Seams cannot tell gains that rise evenly from photo to photo from surfaces that are brighter with the sun behind the camera, as
 // fields are: in both cases the next photo shows the same place a little brighter. Taken for gains, a per cent at each seam would make
 // one end of a flight twice as bright as the other. So the fit has a term for the direction of sight, which takes such a trend and is not
-// applied, and photos are held to the brightness that they were made with, over more than a few seams.
+// applied, and photos are held to the brightness that they were made with, corrected by what their EXIF data say of their exposure, over
+// more than a few seams.
 #include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -156,7 +157,7 @@ class NormalEquations {
 };
 
 /// The gains that are expected without any seam: none, so that photos keep their own brightness, except for what
-/// brightness_share() finds to be exposure.
+/// expected_gains() finds to be exposure.
 struct Prior {
   double reach = kWideReach;   ///< photos in a line, over which seams hold against the prior
   std::vector<double> weight;  ///< per view, of the ratios across its seams
@@ -246,11 +247,38 @@ std::vector<Logs> brightness(std::span<const SeamRatio> ratios, std::size_t view
   return sum;
 }
 
-/// The share of the differences in brightness between photos that is exposure, by regression of gains on brightness: 1 where a bright
-/// photo needs a low gain, 0 where it shows bright things. A linear trend over the scene is removed from both first, as seams do not
-/// tell whether it is a gain or the direction of sight.
-double brightness_share(const Scene& scene, std::span<const double> weight, const std::vector<Logs>& bright,
-                        const Unknowns& u, const Eigen::VectorXd& x, std::size_t channel) {
+/// How much less light each photo was taken with than their mean, as a logarithm, by their EXIF data; empty unless all photos with
+/// seams have them.
+std::vector<double> missing_light(const Scene& scene, std::span<const double> weight) {
+  std::vector<double> light(weight.size(), 0);
+  double sum = 0, total = 0;
+  for (std::size_t v = 0; v < weight.size(); ++v) {
+    if (!(weight[v] > 0)) continue;
+    if (!scene.views[v].exposure_value) return {};
+    light[v] = std::log(2.0) * static_cast<double>(*scene.views[v].exposure_value);
+    sum += weight[v] * light[v];
+    total += weight[v];
+  }
+  for (std::size_t v = 0; v < weight.size(); ++v)
+    if (weight[v] > 0) light[v] -= sum / total;
+  return light;
+}
+
+/// What the regression of gains on something known of the photos says before they are looked at: the slope, and the mean square of
+/// the known that would say as much.
+struct ExpectedSlope {
+  double slope = 0, mean_square = 0;
+};
+/// A photo that is brighter by itself may show bright things, or not.
+constexpr ExpectedSlope kOfBrightness{};
+/// Grey levels are about the 2.2th root of light, and cameras' curves are steeper in the middle. Differences of a fifth of a stop tell
+/// for themselves.
+constexpr ExpectedSlope kOfLight{1 / 2.2, 0.15 * 0.15};
+
+/// Slope in [0, 1] by which gains rise with `known`, per view. A linear trend over the scene is removed from both first, as seams do
+/// not tell whether it is a gain or the direction of sight.
+double gain_slope(const Scene& scene, std::span<const double> weight, std::span<const double> known,
+                  std::span<const double> gains, const ExpectedSlope& expected) {
   const auto views = static_cast<Eigen::Index>(weight.size());
   Eigen::MatrixXd even(views, 4), values(views, 2);
   for (Eigen::Index v = 0; v < views; ++v) {
@@ -259,14 +287,46 @@ double brightness_share(const Scene& scene, std::span<const double> weight, cons
     const WorldPoint& at = scene.views[view].pose.centre;
     even.row(v) = root * Eigen::RowVector4d(1, at.x - scene.views[0].pose.centre.x, at.y - scene.views[0].pose.centre.y,
                                             at.z - scene.views[0].pose.centre.z);
-    values.row(v) = root * Eigen::RowVector2d(x[u.gain(static_cast<std::uint32_t>(v), channel)], bright[view][channel]);
+    values.row(v) = root * Eigen::RowVector2d(gains[view], known[view]);
   }
   // Of few photos nothing is left but rounding.
   constexpr double kRounding = 1e-9;
   const double all = values.col(1).squaredNorm();
   values -= even * even.completeOrthogonalDecomposition().solve(values);
-  const double squares = values.col(1).squaredNorm();
-  return squares > kRounding * all ? std::clamp(-values.col(0).dot(values.col(1)) / squares, 0.0, 1.0) : 0;
+  const double found = values.col(1).squaredNorm(), squares = found > kRounding * all ? found : 0;
+  const double prior = expected.mean_square * std::accumulate(weight.begin(), weight.end(), 0.0);
+  if (!(squares + prior > 0)) return 0;
+  const double product = squares > 0 ? values.col(0).dot(values.col(1)) : 0;
+  return std::clamp((product + prior * expected.slope) / (squares + prior), 0.0, 1.0);
+}
+
+/// The gains that the photos' EXIF data and their own brightness make likely, as far as gains that seams have found rise with them.
+std::vector<Logs> expected_gains(const Scene& scene, std::span<const SeamRatio> ratios, std::span<const double> weight,
+                                 const Unknowns& u, const Eigen::VectorXd& x) {
+  std::vector<Logs> expected(u.views, Logs{});
+  const std::vector<double> light = missing_light(scene, weight);
+  const std::vector<Logs> bright = brightness(ratios, u.views);
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<double> gains(u.views), dark(u.views);
+    for (std::size_t v = 0; v < u.views; ++v) {
+      gains[v] = x[u.gain(static_cast<std::uint32_t>(v), c)];
+      dark[v] = -bright[v][c];
+    }
+    const auto explain = [&](std::span<const double> known, const ExpectedSlope& slope_before) {
+      const double slope = gain_slope(scene, weight, known, gains, slope_before);
+      for (std::size_t v = 0; v < u.views; ++v) {
+        expected[v][c] += slope * known[v];
+        gains[v] -= slope * known[v];
+      }
+      return slope;
+    };
+    if (!light.empty()) {
+      const double slope = explain(light, kOfLight);
+      for (std::size_t v = 0; v < u.views; ++v) dark[v] -= slope * light[v];
+    }
+    explain(dark, kOfBrightness);
+  }
+  return expected;
 }
 
 /// Iteratively reweighted least squares from `x` on.
@@ -297,11 +357,7 @@ Eigen::VectorXd solve(const Scene& scene, std::vector<SeamRatio> ratios, const U
   std::ranges::stable_sort(ratios, {}, &SeamRatio::views);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
   improve(scene, ratios, u, prior, total, 0, kFirstRounds, x);
-  const std::vector<Logs> bright = brightness(ratios, u.views);
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double share = brightness_share(scene, prior.weight, bright, u, x, c);
-    for (std::size_t v = 0; v < u.views; ++v) prior.expected[v][c] = -share * bright[v][c];
-  }
+  prior.expected = expected_gains(scene, ratios, prior.weight, u, x);
   prior.reach = std::max(kReach, kWideReach / std::sqrt(static_cast<double>(u.views)));
   improve(scene, ratios, u, prior, total, kFirstRounds, kRounds, x);
   return x;

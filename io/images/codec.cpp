@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/images/exif.h"
 #include "io/images/other_formats.h"
 
 namespace gpvc::io {
@@ -59,7 +60,8 @@ ImageHeader read_other_header(const ImageBytes& image) {
           found.bits,
           found.alpha_channel,
           found.linear_light,
-          std::move(found.profile)};
+          std::move(found.profile),
+          exposure_value(found.exposure_seconds, found.f_number, found.sensitivity)};
 }
 
 void decode_other(const ImageBytes& image, const SampleRoom& room, std::string_view format) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "io/images.h"
@@ -15,7 +16,8 @@ struct ImageHeader {
   int bits = 8;            ///< a sample; 0: no integers
   int alpha_channel = -1;  ///< -1: none
   bool linear_light = false;
-  ColorProfile profile;  ///< empty: none
+  ColorProfile profile;                   ///< empty: none
+  std::optional<float> exposure_value{};  ///< as in View
 };
 
 /// Goes by the bytes, not by the name, and checks what they claim. Throws InputError, also for formats that are not accepted.

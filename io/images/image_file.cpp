@@ -86,9 +86,9 @@ ImageHeader header_of(const fs::path& file) {
 
 }  // namespace
 
-ImageSize read_image_size(const fs::path& file) {
+PhotoHeader read_photo_header(const fs::path& file) {
   const ImageHeader header = header_of(file);
-  return {header.width, header.height};
+  return {{header.width, header.height}, header.exposure_value};
 }
 
 void check_photo_end(const fs::path& file) {

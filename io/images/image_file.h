@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,8 +25,12 @@ struct ImageSize {
 /// "WIDTH x HEIGHT".
 inline std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
-/// From the header alone, as stored (orientation not applied). Throws InputError.
-ImageSize read_image_size(const std::filesystem::path& file);
+struct PhotoHeader {
+  ImageSize size;                         ///< as stored (orientation not applied)
+  std::optional<float> exposure_value{};  ///< as in View
+};
+/// From the header alone. Throws InputError.
+PhotoHeader read_photo_header(const std::filesystem::path& file);
 
 /// Bits a sample, and 0 for samples that are no integers. From the header alone. Throws InputError.
 int sample_bits(const std::filesystem::path& file);

@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/images/jpeg_errors.h"
@@ -13,6 +16,7 @@
 
 #include "io/error.h"
 #include "io/images/codec.h"
+#include "io/images/exif.h"
 
 namespace gpvc::io {
 namespace {
@@ -76,6 +80,7 @@ void decode(const ImageBytes& image, const char* failing, const Steps& steps) {
   const bool whole = run(decoder, [&] {
     jpeg_create_decompress(&state);
     jpeg_mem_src(&state, decoder.begin, static_cast<unsigned long>(image.view.size()));
+    jpeg_save_markers(&state, JPEG_APP0 + 1, 0xFFFF);  // EXIF
     jpeg_save_markers(&state, JPEG_APP0 + 2, 0xFFFF);  // colour profiles
     jpeg_read_header(&state, TRUE);
     if (is_printed(state)) state.out_color_space = JCS_CMYK;
@@ -83,6 +88,17 @@ void decode(const ImageBytes& image, const char* failing, const Steps& steps) {
   });
   jpeg_destroy_decompress(&state);
   if (!whole) throw InputError(image.file, image.part, failing + std::string(decoder.message.data()));
+}
+
+std::optional<float> exposure_value_of(const jpeg_decompress_struct& state) {
+  constexpr std::string_view kExif("Exif\0\0", 6);
+  for (const jpeg_marker_struct* marker = state.marker_list; marker != nullptr; marker = marker->next) {
+    const std::span<const std::uint8_t> data(marker->data, marker->data_length);
+    if (marker->marker == JPEG_APP0 + 1 && data.size() > kExif.size() &&
+        std::equal(kExif.begin(), kExif.end(), data.begin()))
+      return exposure_value(data);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -98,6 +114,7 @@ ImageHeader read_jpeg_header(const ImageBytes& image) {
     header.height = static_cast<int>(decoder.state.output_height);
     header.channels = channels_of(decoder.state);
     jpeg_read_icc_profile(&decoder.state, &profile, &profile_bytes);
+    header.exposure_value = exposure_value_of(decoder.state);
   });
   const std::unique_ptr<JOCTET, decltype(&std::free)> freed(profile, std::free);
   header.profile.assign(profile, profile + profile_bytes);

@@ -176,7 +176,7 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
     View& view = views[i];
     view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);
     if (view.mask.empty()) return;
-    const ImageSize size = read_image_size(view.mask);
+    const ImageSize size = read_photo_header(view.mask).size;
     if (size.width != view.camera.width || size.height != view.camera.height)
       throw InputError(view.mask, "",
                        "is " + size_text(size.width, size.height) + " pixels, its photo " +

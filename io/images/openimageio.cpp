@@ -72,6 +72,9 @@ OtherHeader header_of(const OIIO::ImageInput& input) {
   constexpr int kFilterArray = 32803, kLinearRaw = 34892;
   const int meaning = spec.get_int_attribute("tiff:PhotometricInterpretation");
   header.raw = meaning == kFilterArray || meaning == kLinearRaw;
+  header.exposure_seconds = static_cast<double>(spec.get_float_attribute("ExposureTime"));
+  header.f_number = static_cast<double>(spec.get_float_attribute("FNumber"));
+  header.sensitivity = spec.get_int_attribute("Exif:PhotographicSensitivity");
   const OIIO::ParamValue* profile = spec.find_attribute("ICCProfile");
   if (profile != nullptr && profile->type().basetype == OIIO::TypeDesc::UINT8) {
     const auto* bytes = static_cast<const std::uint8_t*>(profile->data());

@@ -21,6 +21,7 @@ struct OtherHeader {
   bool whole = true;                  ///< the pixels that the file holds are all that the picture shows
   bool raw = false;                   ///< of a sensor, and not developed
   std::vector<std::uint8_t> profile;  ///< ICC; empty: none
+  double exposure_seconds = 0, f_number = 0, sensitivity = 0;  ///< by EXIF data; 0: unknown
 };
 
 /// Where samples go: the first `channels` of each pixel.

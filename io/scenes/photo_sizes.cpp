@@ -34,9 +34,9 @@ void scale(Camera& camera, int width, int height) {
 }  // namespace
 
 void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
-  std::vector<ImageSize> sizes(scene.views.size());
+  std::vector<PhotoHeader> headers(scene.views.size());
   const std::vector<std::exception_ptr> errors =
-      for_each_photo(scene.views, [&](std::size_t i) { sizes[i] = read_image_size(scene.views[i].photo); });
+      for_each_photo(scene.views, [&](std::size_t i) { headers[i] = read_photo_header(scene.views[i].photo); });
   std::size_t scaled = 0;
   std::string example;
   for (std::size_t i = 0; i < errors.size(); ++i) {
@@ -47,7 +47,8 @@ void fit_cameras(SceneFile& scene, const std::vector<bool>& needed) {
         forget_photo(scene, i, needed[i], BadPhoto::Problem::unreadable, reason_of(error, view.photo));
       }
     if (view.photo.empty()) continue;
-    const auto [width, height] = sizes[i];
+    const auto [width, height] = headers[i].size;
+    view.exposure_value = headers[i].exposure_value;
     Camera& camera = view.camera;
     if (camera.width == 0) {
       scene.size_camera(camera, width, height);

@@ -385,6 +385,23 @@ TEST(SeamLeveling, GainsThatWanderAlongAFlightAreFound) {
   EXPECT_LT(most / least, 1.08);
 }
 
+// What neither seams nor the photos' brightness tell: the ground gets darker along the flight, the camera exposes for it, and all photos
+// are alike. Taken by their brightness, one end would be a fifth as bright again as the other. Grey levels are a root of light.
+TEST(SeamLeveling, ExifDataTellATrendOfExposureFromATrendOfTheGround) {
+  const auto exposed = [](std::uint32_t v) { return std::exp(0.08 * (v % Flight::kInLine)); };
+  Flight flight(exposed, -0.16);
+  const auto ratio = [&] {
+    const auto [least, most] = flight.left_of(exposed);
+    return most / least;
+  };
+  EXPECT_GT(ratio(), 1.2);
+  for (std::uint32_t v = 0; v < flight.scene.views.size(); ++v)
+    flight.scene.views[v].exposure_value = static_cast<float>(12 - 2.2 * std::log2(exposed(v)));
+  EXPECT_LT(ratio(), 1.1);
+  flight.scene.views[3].exposure_value.reset();  // they are of no use without those of all photos
+  EXPECT_GT(ratio(), 1.2);
+}
+
 // As of a view that is left out, in a format that leaves the size to the photo.
 TEST(SeamLeveling, AViewWithoutASizeHasAnExposureThatIsANumber) {
   Scene scene;

@@ -307,6 +307,44 @@ TEST(ReadImage, TakesJpegWithUnsoundMetadata) {
   }
 }
 
+/// EXIF data as cameras write them, little-endian: exposure time, f-number and ISO speed.
+std::string exif_data(std::uint32_t seconds_above, std::uint32_t seconds_below, std::uint32_t tenths_f,
+                      std::uint32_t iso) {
+  std::string data("Exif\0\0", 6), tiff("II*\0", 4);
+  const auto number = [](std::uint32_t value, int bytes) {
+    std::string text;
+    for (int i = 0; i < bytes; ++i) text += static_cast<char>(value >> (8 * i) & 0xFF);
+    return text;
+  };
+  const auto entry = [&](std::uint32_t tag, std::uint32_t type, std::uint32_t value) {
+    return number(tag, 2) + number(type, 2) + number(1, 4) + number(value, 4);
+  };
+  constexpr std::uint32_t kShort = 3, kLong = 4, kRational = 5, kSub = 26, kRationals = kSub + 2 + 3 * 12 + 4;
+  tiff += number(8, 4) + number(1, 2) + entry(0x8769, kLong, kSub) + number(0, 4);
+  tiff += number(3, 2) + entry(0x829A, kRational, kRationals) + entry(0x829D, kRational, kRationals + 8) +
+          entry(0x8827, kShort, iso) + number(0, 4);
+  tiff += number(seconds_above, 4) + number(seconds_below, 4) + number(tenths_f, 4) + number(10, 4);
+  return data + tiff;
+}
+
+TEST(ReadImage, FindsTheExposureValueOfAJpeg) {
+  const TemporaryFolder folder;
+  write_image(folder.path() / "good.jpg", picture(40, 30), ImageFormat::jpg, 95);
+  const std::string good = test::read_file(folder.path() / "good.jpg");
+  const auto exposure_of = [&](const std::string& exif) {
+    const std::string head{'\xFF', '\xE1', '\0', static_cast<char>(exif.size() + 2)};
+    return read_photo_header(folder.write("photo.jpg", good.substr(0, 2) + head + exif + good.substr(2)))
+        .exposure_value;
+  };
+  // f/2.8, 1/400 s, ISO 200: log2(7.84 * 400 / 2).
+  ASSERT_TRUE(exposure_of(exif_data(1, 400, 28, 200)).has_value());
+  EXPECT_NEAR(*exposure_of(exif_data(1, 400, 28, 200)), 10.615, 0.001);
+  EXPECT_FALSE(exposure_of(exif_data(1, 0, 28, 200)).has_value());
+  EXPECT_FALSE(exposure_of(exif_data(1, 400, 0, 200)).has_value());
+  EXPECT_FALSE(exposure_of(exif_data(1, 400, 28, 200).substr(0, 50)).has_value());
+  EXPECT_FALSE(read_photo_header(folder.path() / "good.jpg").exposure_value.has_value());
+}
+
 TEST(ReadImage, GoesByTheBytesNotTheNameInManyThreads) {
   const TemporaryFolder folder;
   const auto named = folder.path() / "in truth a PNG.jpg", other = folder.path() / "in truth a JPEG.png";
@@ -408,7 +446,7 @@ TEST(ReadImageSize, ReadsNoMoreThanTheHeader) {
   ASSERT_EQ(::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED), 0);
   ::close(descriptor);
   if (cached_bytes(file) > kSize / 2) GTEST_SKIP() << "the folder is in memory, where nothing is read ahead";
-  EXPECT_EQ(read_image_size(file).width, 64);
+  EXPECT_EQ(read_photo_header(file).size.width, 64);
   EXPECT_LT(cached_bytes(file), kSize / 2);
   const FileBytes whole(file);
   EXPECT_GT(cached_bytes(file), kSize / 2);
