@@ -142,6 +142,25 @@ bool repeats_photo(std::span<const ViewRecord> records, std::size_t i, std::span
                              [&](const ViewRecord& other) { return photo_of_view[other.view] == photo; });
 }
 
+/// True if a channel of the mean is white, but for noise.
+bool is_burnt_out(const FaceRecord& record) {
+  constexpr int kWhite = 250 * 256;
+  return std::ranges::max(record.color) >= kWhite;
+}
+
+/// True if a photo that is not burnt out sees the face in full, and would be as bright if it had the other's gain: a darker photo, and
+/// nothing that stands in front.
+bool has_darker_photo(std::span<const ViewRecord> records, const ViewRecord& burnt_out, const PhotoColors& colors) {
+  constexpr float kAsBright = 0.95f;  // gains are known to some per cent
+  return std::ranges::any_of(records, [&](const ViewRecord& item) {
+    if (!item.record->is_full() || is_burnt_out(*item.record)) return false;
+    for (std::size_t c = 0; c < 3; ++c)
+      if (colors.level(item.view, *item.record, c) < kAsBright * colors.level(burnt_out.view, *burnt_out.record, c))
+        return false;
+    return true;
+  });
+}
+
 void measure_disagreement(std::span<const ViewRecord> records, const PhotoColors& colors,
                           std::span<const std::uint32_t> photo_of_view, FaceScratch& scratch) {
   const auto full =
@@ -149,8 +168,12 @@ void measure_disagreement(std::span<const ViewRecord> records, const PhotoColors
   std::vector<ColorSample>& samples = scratch.samples;
   samples.clear();
   for (std::size_t i = 0; i < records.size(); ++i) {
-    samples.push_back({colors.rgb(records[i].view, *records[i].record)});
-    samples.back().votes = (full < 3 || records[i].record->is_full()) && !repeats_photo(records, i, photo_of_view);
+    FaceRecord& record = *records[i].record;
+    // What a photo has lost by being burnt out tells nothing where a darker one has it, and is the last to be taken.
+    const bool lost = is_burnt_out(record) && has_darker_photo(records, records[i], colors);
+    if (lost) record.quality = 0;
+    samples.push_back({colors.rgb(records[i].view, record)});
+    samples.back().votes = !lost && (full < 3 || record.is_full()) && !repeats_photo(records, i, photo_of_view);
   }
   disagreement(samples, scratch.consensus, scratch.distance);
   for (std::size_t i = 0; i < records.size(); ++i)

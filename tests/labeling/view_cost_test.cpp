@@ -403,6 +403,38 @@ TEST(Candidates, RimsInTheStripAreOutliersByThemselves) {
   EXPECT_LE(5 * red_pixels(CostOptions{}.margin_px), without);
 }
 
+// Most photos have nothing but white in the middle; what it looks like is in the darker ones. Where all are white, or where the darker
+// thing is not what is white in the others, white it is.
+TEST(Candidates, WhatIsBurntOutComesFromDarkerPhotos) {
+  const Wall wall;
+  const auto shares_of_views = [&](std::array<double, 5> gains, bool tree) {
+    std::vector<Image> photos;
+    for (std::size_t i = 0; i < wall.views.size(); ++i)
+      photos.push_back(paint([&](int x, int y) {
+        const double world_x = (x + 0.5 - 32) / 8 + wall.views[i].pose.centre.x;
+        const bool bright = std::abs(world_x) < 0.7;
+        if (bright && tree && i == 0) return Color{30, 60, 20};
+        const auto level = static_cast<int>(std::min(255.0, gains[i] * ((bright ? 180 : 60) + x % 3 + y % 5)));
+        return Color{level, level, level};
+      }));
+    const Candidates candidates = wall.collect(photos, {});
+    const Selection selection = select_views(candidates.table, face_graph(wall.mesh), {}, {});
+    std::array<double, 5> share{};
+    double faces = 0;
+    for (std::size_t face = 0; face < wall.mesh.faces.size(); ++face) {
+      if (std::abs(wall.centroid(face).x) > 0.5) continue;
+      share[index(selection.labels[face])] += 1;
+      faces += 1;
+    }
+    for (double& each : share) each /= faces;
+    return share;
+  };
+  const auto darker = shares_of_views({1, 1.6, 1.1, 1.7, 1.6}, false);
+  EXPECT_DOUBLE_EQ(darker[0] + darker[2], 1);
+  const auto tree = shares_of_views({1.6, 1.6, 1.6, 1.7, 1.6}, true);
+  EXPECT_DOUBLE_EQ(tree[0], 0);
+}
+
 // Where photos show what lies behind a face, or a mixture with it, there is no surface, and the photo that shows something there
 // shows what stands in front. A mixture does not tell which it is: the face is filled, not left out.
 TEST(Candidates, BackgroundAndMixturesHaveAVote) {
