@@ -52,13 +52,19 @@ GPVC_MEMBERS(AlignmentStatistics, matches, before_px, after_px, shift_px, affine
 /// How far apart the photos of two charts are in what they show along the cut between them, in pixels of one of the photos: by
 /// correlating squares of 32 pixels around places on the cut that have texture. Along a straight edge only what is across counts.
 struct CutMisfit {
+  struct Place {
+    FaceId face{};
+    float px = 0;
+  };
   std::size_t places = 0;  ///< with texture, that both photos show
   std::size_t matched =
       0;  ///< of them, those where the photos agree within 8 pixels: at the others they show different things
   double median_px = 0, px_90 = 0;                      ///< of those: the middle, and below which 90 % lie
   double unaligned_median_px = 0, unaligned_px_90 = 0;  ///< the same as it would be without alignment
+  std::vector<Place> where{};                           ///< the matched places
 };
-GPVC_MEMBERS(CutMisfit, places, matched, median_px, px_90, unaligned_median_px, unaligned_px_90)
+GPVC_MEMBERS(CutMisfit::Place, face, px)
+GPVC_MEMBERS(CutMisfit, places, matched, median_px, px_90, unaligned_median_px, unaligned_px_90, where)
 
 struct AlignmentFit {
   std::vector<ShiftField> fields;  ///< one a view; empty where they would explain no more than noise does

@@ -39,7 +39,8 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop
 
 Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb (or model.gltf and model.bin),
-preview.png, views.json, labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled),
+preview.png, misfit.png (how well photos fit each other at cuts: green well, red 2 px apart),
+views.json, labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled, 3 background),
 faces.npy (GLB triangle to input face), source_faces.npy (face to the polygon it was cut from,
 where there are any), offset.txt where coordinates are large, metadata.xml where their reference
 system is known (SRS and SRSOrigin, as ContextCapture writes them), run.json; with --editable or

@@ -104,7 +104,7 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputF
   chosen.seen.coverage = {};
   release_freed_memory();
   observer.begin({"write"});
-  const WrittenModel written = files.finish(atlas.model);
+  const WrittenModel written = files.finish(atlas.model, atlas.statistics.cuts);
   if (keys)
     write_edit_model({*keys,
                       settings.view_rules,
@@ -206,7 +206,7 @@ WrittenModel write(const Run& run, const TexturedMesh& textured, OutputFolder& f
     run.observer.check_cancelled();
     files.take_page(n, atlas.pages[n]);
   });
-  const WrittenModel written = files.finish(atlas.model);
+  const WrittenModel written = files.finish(atlas.model, atlas.statistics.cuts);
   mesh.get();
   run.observer.end(fmt::format("{} {}", atlas.pages.size(), atlas.pages.size() == 1 ? "page" : "pages"));
   return written;

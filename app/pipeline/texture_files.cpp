@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/pipeline/misfit_picture.h"
 #include "app/pipeline/render_model.h"
 #include "io/freed_memory.h"
 #include "io/images.h"
@@ -214,7 +215,7 @@ void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image
   --left_;
 }
 
-WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
+WrittenModel ModelFiles::finish(const io::TexturedModel& model, const atlas::CutMisfit& cuts) {
   const atlas::UnseenFaces unseen = run_.settings.atlas.unseen;
   const bool drops = std::ranges::any_of(tags_, [&](labeling::FaceTag tag) { return atlas::is_dropped(unseen, tag); });
   const io::TexturedModel shown = drops ? without_dropped(model, tags_, unseen) : model;
@@ -228,9 +229,12 @@ WrittenModel ModelFiles::finish(const io::TexturedModel& model) {
   });
   const io::UpAxis up =
       run_.input.mesh.file_positions.empty() ? options_.up : scene_up(run_.input.scene, run_.input.views);
-  const Viewpoint preview = write_preview(run_.input, shown, preview_pages_, labels_, up, profile_, preview_file_);
+  const Preview preview = write_preview(run_.input, shown, preview_pages_, labels_, up, profile_, preview_file_);
+  if (!cuts.where.empty())
+    io::write_image(folder_.file("misfit.png"),
+                    misfit_picture(run_.input.mesh, preview.image, preview.from, cuts.where), io::ImageFormat::png, 0);
   promise_gltf(gltf.get(), run_.settings.output.gltf, folder_, run_.observer);
-  return {preview, kBackground, options_.up, options_.offset};
+  return {preview.from, kBackground, options_.up, options_.offset};
 }
 
 int preview_reduction(std::size_t page_texels) {
@@ -239,19 +243,20 @@ int preview_reduction(std::size_t page_texels) {
   return reduction;
 }
 
-Viewpoint write_preview(const Input& input, const io::TexturedModel& model, const std::vector<Image>& pages,
-                        std::span<const ViewId> labels, io::UpAxis up, const io::ColorProfile& profile,
-                        const std::filesystem::path& file) {
+Preview write_preview(const Input& input, const io::TexturedModel& model, const std::vector<Image>& pages,
+                      std::span<const ViewId> labels, io::UpAxis up, const io::ColorProfile& profile,
+                      const std::filesystem::path& file) {
   Viewpoint view = overview(input.mesh, labels, input.scene, input.views, up, kPreviewWidth * kPreviewSamples,
                             kPreviewHeight * kPreviewSamples);
   const RenderResult render = render_model(model, pages, view.camera, view.pose, {true, true, kBackground});
-  io::write_image(file, io::reduce_image(render.image, kPreviewSamples), io::ImageFormat::png, 0, profile);
+  Image image = io::reduce_image(render.image, kPreviewSamples);
+  io::write_image(file, image, io::ImageFormat::png, 0, profile);
   // The camera of the picture, which is drawn larger and then reduced.
   Camera& camera = view.camera;
   camera.width = kPreviewWidth;
   camera.height = kPreviewHeight;
   for (double* length : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *length /= kPreviewSamples;
-  return view;
+  return {view, std::move(image)};
 }
 
 }  // namespace gpvc::pipeline

@@ -47,11 +47,15 @@ io::ColorProfile profile_of_photos(const Run& run);
 
 /// By how much pages with so many texels are reduced for a preview, which needs no more of them.
 int preview_reduction(std::size_t page_texels);
-/// Draws preview.png, a picture of a model from where all of it is seen. Returns the camera. \param pages reduced \param up of
-/// the scene. Throws OutputError.
-Viewpoint write_preview(const Input& input, const io::TexturedModel& model, const std::vector<Image>& pages,
-                        std::span<const ViewId> labels, io::UpAxis up, const io::ColorProfile& profile,
-                        const std::filesystem::path& file);
+struct Preview {
+  Viewpoint from;
+  Image image;  ///< RGB
+};
+/// Draws preview.png, a picture of a model from where all of it is seen. \param pages reduced \param up of the scene. Throws
+/// OutputError.
+Preview write_preview(const Input& input, const io::TexturedModel& model, const std::vector<Image>& pages,
+                      std::span<const ViewId> labels, io::UpAxis up, const io::ColorProfile& profile,
+                      const std::filesystem::path& file);
 
 /// Bytes of all files of a result, before anything is known of it but the texels that are expected.
 struct FileSizes {
@@ -77,8 +81,9 @@ class ModelFiles final : public PageSink {
   void keep_page(std::size_t number, const std::filesystem::path& from, const Image& page);
   /// Of the pages, by number.
   const std::vector<std::array<int, 2>>& page_sizes() const { return page_sizes_; }
-  /// Draws the preview and writes the glTF. \pre all pages were taken or kept
-  WrittenModel finish(const io::TexturedModel& model);
+  /// Draws the preview, and the picture of what cuts lie at where there are any, and writes the glTF. \pre all pages were taken
+  /// or kept
+  WrittenModel finish(const io::TexturedModel& model, const atlas::CutMisfit& cuts);
 
  private:
   const Run& run_;

@@ -34,9 +34,9 @@ constexpr const char* kUnfinished = ".gpvc-unfinished-";
 bool is_written_by(std::string_view command, const std::string& name) {
   static const std::map<std::string_view, std::set<std::string_view>> kWritten = {
       {"texture",
-       {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "views.json", "labels.npy",
-        "tags.npy", "faces.npy", "source_faces.npy", "offset.txt", "metadata.xml", "edit-views.bin", "edit-model.bin",
-        "edit-hashes.txt"}},
+       {"model.obj", "model.mtl", "model.glb", "model.gltf", "model.bin", "preview.png", "misfit.png", "views.json",
+        "labels.npy", "tags.npy", "faces.npy", "source_faces.npy", "offset.txt", "metadata.xml", "edit-views.bin",
+        "edit-model.bin", "edit-hashes.txt"}},
       {"tileset", {"tileset.json", "index.html", "preview.png", "views.json"}},
       {"visibility", {"views.json", "oracle.json"}},
       {"compare", {"report.html", "report.md", "report.json"}},

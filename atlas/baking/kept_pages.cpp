@@ -34,8 +34,11 @@ bool may_be_open(std::uint32_t chart, std::uint32_t page, const AtlasBuild& buil
   return kind == ChartKind::partial || kind == ChartKind::flat;
 }
 
-bool is_sound(const CutMisfit& cuts) {
-  return std::isfinite(cuts.median_px + cuts.px_90 + cuts.unaligned_median_px + cuts.unaligned_px_90);
+bool is_sound(const CutMisfit& cuts, std::size_t faces) {
+  return std::isfinite(cuts.median_px + cuts.px_90 + cuts.unaligned_median_px + cuts.unaligned_px_90) &&
+         std::ranges::all_of(cuts.where, [&](const CutMisfit::Place& place) {
+           return index(place.face) < faces && std::isfinite(place.px);
+         });
 }
 
 std::size_t box_texels(const Chart& chart) {
@@ -71,7 +74,8 @@ std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasIn
   const bool found = kept.store != nullptr && kept.store->read("leveling", kept.key, [&](io::WorkStore::Reader& in) {
     r = in.get<LevelingResult>();
     if (!is_sound(r.correction, input, set) ||
-        !std::isfinite(r.step_before + r.step_after + r.misfit_before + r.misfit_exposed) || !is_sound(r.cuts))
+        !std::isfinite(r.step_before + r.step_after + r.misfit_before + r.misfit_exposed) ||
+        !is_sound(r.cuts, input.mesh.faces.size()))
       in.refuse();
   });
   return found ? std::optional(std::move(r)) : std::nullopt;

@@ -31,6 +31,7 @@ CutMisfit CutPatches::measure() const {
     const PatchShift& shift = *one.shift;
     const auto [x, y] = shift_by_fields(*input_, place.on, place.others[one.other]);
     misfits.push_back(misfit(shift.x, shift.y, shift.information));
+    result.where.push_back({FaceId{place.on.face}, static_cast<float>(misfits.back())});
     unaligned.push_back(misfit(shift.x + x, shift.y + y, shift.information));
   }
   result.matched = misfits.size();

@@ -80,8 +80,8 @@ TEST_F(App, TextureKeepsEveryPromise) {
   const auto record = run_json(out_);
   std::set<std::string> promised;
   for (const auto& name : record["outputs"]) promised.insert(name.get<std::string>());
-  for (const char* name : {"model.obj", "model.mtl", "model_0.jpg", "model.glb", "preview.png", "views.json",
-                           "labels.npy", "tags.npy", "faces.npy", "run.json"})
+  for (const char* name : {"model.obj", "model.mtl", "model_0.jpg", "model.glb", "preview.png", "misfit.png",
+                           "views.json", "labels.npy", "tags.npy", "faces.npy", "run.json"})
     EXPECT_TRUE(promised.count(name)) << name;
   std::set<std::string> there;
   for (const auto& [name, bytes] : files_of(out_)) {
