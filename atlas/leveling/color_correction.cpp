@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "atlas/leveling/seam_samples.h"
 #include "io/wide_clones.h"
 
 namespace gpvc::atlas {
@@ -12,9 +13,6 @@ namespace {
 
 /// Distance, in texels, at which the weight of a sample has fallen smoothly to zero.
 constexpr float kReach = kStripWidth + 8;
-/// Where samples have low weights, a part of the step is taken for misregistration rather than brightness: half of it
-/// if their mean weight is this.
-constexpr float kDoubt = 0.05f;
 /// Added to squared distances, so that a texel on the seam takes the mean of a few samples.
 constexpr float kSoftening = 0.5f;
 

@@ -37,6 +37,10 @@ struct SeamSamples {
   std::vector<float> weight;
 };
 
+/// Where samples have low weights, a part of a step is taken for misregistration rather than brightness: half of it if their mean
+/// weight is this.
+inline constexpr float kDoubt = 0.05f;
+
 struct TakenBeside {
   SeamBlend* blend = nullptr;  ///< null, or made from the same edges
   CutPatches* cuts = nullptr;

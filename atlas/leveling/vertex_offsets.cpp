@@ -11,6 +11,7 @@
 #include "atlas/leveling/offset_system.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "io/grouping.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
@@ -114,6 +115,17 @@ struct Link {
   float weight;
 };
 
+/// 0 where two faces lie in a plane, 1 at a right angle, 2 where they lie on each other.
+double bend(const Mesh& mesh, const std::array<std::uint32_t, 2>& faces) {
+  const auto normal = [&](std::uint32_t face) {
+    const Triangle& t = mesh.faces[face];
+    return cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
+  };
+  const WorldPoint a = normal(faces[0]), b = normal(faces[1]);
+  const double lengths = length(a) * length(b);
+  return lengths > 0 ? 1 - dot(a, b) / lengths : 0;
+}
+
 /// Differences across seams, assigned to the seams' vertices: each sample counts at both ends of its edge, more at the
 /// nearer one.
 void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCorrection& correction,
@@ -122,18 +134,23 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
     return correction.nodes[face][corner_of(input.mesh.faces[face], vertex)];
   };
   for (const SeamEdge& edge : seams.edges) {
+    // Where surfaces meet at an angle, a photo shows some of the other beside the edge, all along it: misregistration does not
+    // cancel out there as it does within a surface, however many samples there are.
+    const double doubt = double{kDoubt} * bend(input.mesh, edge.faces);
     for (std::size_t end = 0; end < 2; ++end) {
       Offset difference = Offset::Zero();
-      double weight = 0;
+      double weight = 0, whole = 0;
       for (std::uint32_t i = 0; i < edge.samples; ++i) {
         const std::size_t at = edge.first_sample + i;
         const double t = (i + 0.5) / edge.samples, w = double{seams.weight[at]} * (end ? t : 1 - t);
         const Color d = seams.colors[at][0] - seams.colors[at][1];
         difference += static_cast<float>(w) * Offset(d.r, d.g, d.b, 0);
         weight += w;
+        whole += end ? t : 1 - t;
       }
       if (!(weight > 0)) continue;
       difference /= static_cast<float>(weight);
+      difference *= static_cast<float>((weight / (weight + doubt * whole)));
       const double size = std::sqrt(static_cast<double>(difference.square().sum()) / 3) / kOutlyingStep;
       const double w = std::min(1.0, weight / kSufficientWeight) / (1 + size * size);
       const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);
