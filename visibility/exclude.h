@@ -38,8 +38,8 @@ struct ExcludedPixels {
 /// As if a mask had excluded the pixels, which become kNoFace in the IVM. Faces that lose some of their pixels are partial; the
 /// share that is visible falls with their number. Faces that lose all are FaceClass::background if at least half of them show
 /// background, else mixed if half of them show background or a mixture, else hidden; so are faces without pixels, by the pixels
-/// that hold their centroids. \param excluded of the IVM's size, in which `id`
-/// was seen \return how many of the pixels showed a face. O(pixels + faces).
+/// that hold their centroids. \param excluded of the IVM's size, in which `id` was seen \return how many of the pixels showed a
+/// face. O(pixels + faces).
 std::size_t exclude(const Mesh& mesh, const View& view, ViewId id, const ExcludedPixels& excluded,
                     ViewVisibility& seen);
 

@@ -35,8 +35,8 @@ WorldPoint middle_of(const Mesh& mesh, FaceId face) {
   return 1.0 / 3 * (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]);
 }
 
-/// Where the middle of a face is in the picture; nullopt if it is hidden. A face of a neighbour may cover its pixel, which is hardly
-/// nearer; what hides it as a rule is.
+/// Where the middle of a face is in the picture; nullopt if another part of the mesh hides it. The pixel may also show a face beside
+/// this one, as faces are smaller than pixels: that is no nearer than by a fiftieth, and what hides a face nearly always is.
 std::optional<PixelPoint> place_of(const Mesh& mesh, const visibility::Ivm& ivm, const View& view, FaceId face) {
   constexpr double kHardlyNearer = 0.98;
   const WorldPoint middle = middle_of(mesh, face);

@@ -1,6 +1,8 @@
 // A picture of where photos fit each other at cuts between charts, and where they do not.
 #pragma once
 
+#include <span>
+
 #include "../../atlas/photo_alignment.h"
 #include "../../io/image.h"
 #include "viewpoint.h"

@@ -300,6 +300,7 @@ TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder&
   observer.begin({"write"});
   copy_edit_views(from, earlier.model.keys, folder);
   made.model = remaking.take_joined();
+  // Only the cuts of new charts were measured: a picture of them would pass for one of all.
   const WrittenModel written = files.finish(made.model, {});
   write_edit_model(
       joined_edit_model(earlier.model, settings, change, again.selection.labels, made.model, made, files.page_sizes()),

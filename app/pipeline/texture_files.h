@@ -81,8 +81,7 @@ class ModelFiles final : public PageSink {
   void keep_page(std::size_t number, const std::filesystem::path& from, const Image& page);
   /// Of the pages, by number.
   const std::vector<std::array<int, 2>>& page_sizes() const { return page_sizes_; }
-  /// Draws the preview, and the picture of what cuts lie at where there are any, and writes the glTF. \pre all pages were taken
-  /// or kept
+  /// Draws the preview and, where cuts were measured, misfit.png; writes the glTF. \pre all pages were taken or kept
   WrittenModel finish(const io::TexturedModel& model, const atlas::CutMisfit& cuts);
 
  private:

@@ -150,7 +150,7 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
       }
       if (!(weight > 0)) continue;
       difference /= static_cast<float>(weight);
-      difference *= static_cast<float>((weight / (weight + doubt * whole)));
+      difference *= static_cast<float>(weight / (weight + doubt * whole));
       const double size = std::sqrt(static_cast<double>(difference.square().sum()) / 3) / kOutlyingStep;
       const double w = std::min(1.0, weight / kSufficientWeight) / (1 + size * size);
       const std::uint32_t a = node_of(edge.faces[0], edge.vertices[end]);

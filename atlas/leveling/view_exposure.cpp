@@ -264,8 +264,8 @@ std::vector<double> missing_light(const Scene& scene, std::span<const double> we
   return light;
 }
 
-/// What the regression of gains on something known of the photos says before they are looked at: the slope, and the mean square of
-/// the known that would say as much.
+/// What is expected of the slope by which gains rise with something known of the photos, before gains are looked at; it counts as much
+/// as photos would in which the known has this mean square.
 struct ExpectedSlope {
   double slope = 0, mean_square = 0;
 };
