@@ -203,6 +203,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   statistics.chart_texels = baked.chart_texels;
   statistics.padded_texels = baked.padded_texels;
   statistics.kept_pages = baked.kept_pages;
+  statistics.invented_color = baked.invented_color;
   if (beside.valid()) beside.get();
   statistics.baking_s = seconds_since(start);
   statistics.paint_decodes = more_decodes();

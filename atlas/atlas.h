@@ -75,6 +75,18 @@ struct AtlasOptions {
   std::array<std::uint8_t, 3> unseen_color{128, 128, 128};
 };
 
+/// How much of a texture has a colour beyond those of the photos of the place (benchmarks/README.md "Invented colour"), by the area of
+/// some faces that several photos are blended on.
+struct InventedColor {
+  static constexpr float kTolerance = 8;  ///< grey levels by which a channel may leave their range
+  std::uint64_t texels = 0, outside = 0;  ///< of the faces looked at, of those with such a colour
+  void add(const InventedColor& other) {
+    texels += other.texels;
+    outside += other.outside;
+  }
+  double share() const { return texels == 0 ? 0 : static_cast<double>(outside) / static_cast<double>(texels); }
+};
+
 struct AtlasStatistics {
   std::size_t charts = 0, pages = 0;
   std::size_t filled_faces = 0;   ///< unseen ones
@@ -87,6 +99,7 @@ struct AtlasStatistics {
   double seam_step_before = 0, seam_step_after = 0;
   /// Mean difference of the photos on both sides (CIEDE2000), as they are and with their exposure corrected. Zero likewise.
   double photo_misfit = 0, photo_misfit_exposed = 0;
+  InventedColor invented_color{};   ///< of pages that this run painted
   CutMisfit cuts{};                 ///< zeros with SeamLeveling::none
   AlignmentStatistics alignment{};  ///< zeros with PhotoAlignment::none
   double reduction = 1;             ///< factor on the scale of all charts that meets the limits

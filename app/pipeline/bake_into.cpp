@@ -53,6 +53,7 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
   }
   report_alignment(s.alignment, observer);
   if (leveled) {
+    observer.figure("invented_color_share", s.invented_color.share());
     observer.figure("photo_misfit", s.photo_misfit);
     observer.figure("photo_misfit_exposed", s.photo_misfit_exposed);
     observer.figure("seam_step_before", s.seam_step_before);

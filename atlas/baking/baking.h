@@ -64,7 +64,7 @@ void bake_photos(AtlasBuild& build, const PageRange& plain, std::span<PartialCha
 /// Adds to the texels of the plain charts on some open pages what other views give to their coarse colours (blending/). In batches of
 /// charts whose sums take about so many bytes, one chart at least, for each of which the coarse colours of its views are fetched.
 /// Progress as for bake_photos(). O(texels x views that show them).
-void blend_charts(AtlasBuild& build, const PageRange& pages, std::size_t bytes, const Progress& progress);
+InventedColor blend_charts(AtlasBuild& build, const PageRange& pages, std::size_t bytes, const Progress& progress);
 
 /// Writes the texels that a view alone gives to a partial chart, and adds its part to those that it shares with another.
 /// \pre the chart's page is open

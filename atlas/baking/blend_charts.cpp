@@ -19,7 +19,7 @@ struct BlendedBand {
   std::size_t band = 0;
 };
 
-void blend_batch(AtlasBuild& build, std::span<const std::uint32_t> charts, const Progress& progress) {
+InventedColor blend_batch(AtlasBuild& build, std::span<const std::uint32_t> charts, const Progress& progress) {
   std::vector<BlendField> fields;
   fields.reserve(charts.size());
   for (const std::uint32_t chart : charts) fields.emplace_back(build, chart);
@@ -41,13 +41,21 @@ void blend_batch(AtlasBuild& build, std::span<const std::uint32_t> charts, const
                  });
                  if (progress) progress(++done, views);
                });
-  tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) { fields[i].apply(build); });
+  std::vector<InventedColor> invented(fields.size());
+  tbb::parallel_for(std::size_t{0}, fields.size(), [&](std::size_t i) {
+    fields[i].apply(build);
+    invented[i] = fields[i].invented_color();
+  });
+  InventedColor all;
+  for (const InventedColor& each : invented) all.add(each);
+  return all;
 }
 
 }  // namespace
 
-void blend_charts(AtlasBuild& build, const PageRange& pages, std::size_t bytes, const Progress& progress) {
-  if (build.blending.empty()) return;
+InventedColor blend_charts(AtlasBuild& build, const PageRange& pages, std::size_t bytes, const Progress& progress) {
+  InventedColor invented;
+  if (build.blending.empty()) return invented;
   std::vector<std::uint32_t> charts = plain_charts_on(build, pages);
   // Charts of a view take colours from few others.
   std::ranges::stable_sort(charts, {}, [&](std::uint32_t c) { return index(build.set.charts[c].view); });
@@ -60,9 +68,10 @@ void blend_charts(AtlasBuild& build, const PageRange& pages, std::size_t bytes, 
     const auto part = [&](std::size_t done, std::size_t views) {
       if (progress) progress(first * views + (end - first) * done, charts.size() * views);
     };
-    blend_batch(build, std::span(charts).subspan(first, end - first), part);
+    invented.add(blend_batch(build, std::span(charts).subspan(first, end - first), part));
     if (end - first < charts.size()) release_freed_memory();  // of many small blocks
   }
+  return invented;
 }
 
 }  // namespace gpvc::atlas

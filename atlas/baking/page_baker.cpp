@@ -135,7 +135,8 @@ class PageBaker {
       if (end < charts || to_paint_ > 1) release_freed_memory();  // of many small blocks
     } while (end < charts);
     build_.input.photos.free_buffers();
-    blend_charts(build_, group, options_.batch_bytes, steps(progress, photo_steps, kSteps - photo_steps));
+    result_.invented_color.add(
+        blend_charts(build_, group, options_.batch_bytes, steps(progress, photo_steps, kSteps - photo_steps)));
     ++painted_;
   }
 

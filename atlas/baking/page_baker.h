@@ -10,6 +10,7 @@ namespace gpvc::atlas {
 struct BakedPages {
   std::vector<Image> pages;  ///< empty where options.take_page took them
   std::size_t page_texels = 0, chart_texels = 0, padded_texels = 0, kept_pages = 0;  ///< as in AtlasStatistics
+  InventedColor invented_color;                                                      ///< likewise
 };
 
 /// Opens, bakes and finishes the build's pages in groups that fit options.page_bytes; photos are fetched once for each

@@ -42,8 +42,8 @@ void for_own_texels(const Page& page, const ChartPlace& place, std::uint32_t cha
 }  // namespace
 
 std::size_t blend_bytes(const ChartSet& set, std::uint32_t chart) {
-  // Of a cell its sums and place; of a face its cells and numbers, and some three cells of its own along its edges.
-  constexpr double kCell = 10, kFace = 12 + 3 * kCell;
+  // Of a cell its sums and place; of a face its cells and numbers, of some the range of colours, and some three cells of its own along its edges.
+  constexpr double kCell = 10, kFace = 12 + 64 / ColorHulls::kSampled + 3 * kCell;
   const Chart& c = set.charts[chart];
   double twice_area = 0;
   for (const std::uint32_t face : c.faces) {
@@ -99,11 +99,13 @@ void BlendField::open_band(std::size_t number) {
           emit(raster.owner[at], {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
   });
   band.sums.resize(band.cells.items.size());
+  band.hulls = ColorHulls(build_, chart_, band.faces);
 }
 
 void BlendField::add(std::size_t number, ViewId id, const CoarseRows& coarse, int step) {
   Band& band = bands_[number];
   const CellBox box = box_of(number);
+  band.hulls.add(build_, id, coarse);
   FaceShare share(build_, chart_, id, coarse, step, band.faces.size());
   for (std::size_t f = 0; f < band.faces.size(); ++f) {
     const std::span<const Cell> cells = std::as_const(band.cells)[f];
@@ -121,6 +123,12 @@ void BlendField::add(std::size_t number, ViewId id, const CoarseRows& coarse, in
 
 void BlendField::apply(AtlasBuild& build) const {
   tbb::parallel_for(std::size_t{0}, bands_.size(), [&](std::size_t band) { apply_band(band, build); });
+}
+
+InventedColor BlendField::invented_color() const {
+  InventedColor invented;
+  for (const Band& band : bands_) invented.add(band.hulls.count(build_, build_.correction.strip(number_)));
+  return invented;
 }
 
 void BlendField::apply_band(std::size_t number, AtlasBuild& build) const {

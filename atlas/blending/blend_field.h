@@ -8,6 +8,7 @@
 
 #include "atlas/baking/baking.h"
 #include "atlas/blending/coarse_photo.h"
+#include "atlas/blending/color_hulls.h"
 #include "atlas/blending/face_share.h"
 #include "atlas/charts/chart_raster.h"
 
@@ -31,6 +32,8 @@ class BlendField {
   void add(std::size_t band, ViewId id, const CoarseRows& coarse, int step);
   /// Adds the sums to the texels on the chart's page. After all views. TBB.
   void apply(AtlasBuild& build) const;
+  /// What the sums, after all views, make of colours.
+  InventedColor invented_color() const;
 
  private:
   struct Cell {
@@ -42,6 +45,7 @@ class BlendField {
     std::vector<std::uint32_t> faces, views;
     Grouped<Cell> cells;  ///< by face, row-major
     std::vector<ColorSum> sums;
+    ColorHulls hulls;
   };
 
   CellBox box_of(std::size_t band) const;

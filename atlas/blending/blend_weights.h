@@ -45,6 +45,7 @@ class BlendWeights {
   };
 
   bool empty() const { return views_.items.empty(); }
+  std::size_t vertices() const { return views_.groups(); }
   /// Views in ascending order; none where only one view weighs anything.
   std::span<const BlendView> at(std::uint32_t vertex) const {
     return empty() ? std::span<const BlendView>{} : views_[vertex];

@@ -10,6 +10,7 @@
 #include "atlas/blending/seam_blend.h"
 #include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
+#include "atlas/leveling/limit_offsets.h"
 #include "io/color_difference.h"
 
 namespace gpvc::atlas {
@@ -58,8 +59,9 @@ double mean_misfit(const SeamSamples& seams) {
 /// Fits the corrections one after the other, each to the samples as the ones before have corrected them.
 class Leveler {
  public:
-  Leveler(const AtlasInput& input, const ChartSet& set, SeamSamples& seams, const SeamBlend& blend)
-      : input_(input), set_(set), seams_(seams), blend_(blend) {}
+  Leveler(const AtlasInput& input, const ChartSet& set, const BlendWeights& blending, SeamSamples& seams,
+          const SeamBlend& blend)
+      : input_(input), set_(set), blending_(blending), seams_(seams), blend_(blend) {}
 
   ColorCorrection level(SeamLeveling mode) {
     correction_.exposure.assign(input_.exposure.begin(), input_.exposure.end());
@@ -71,6 +73,7 @@ class Leveler {
     misfit_exposed_ = mean_misfit(seams_);
     blend_.add_to(seams_, correction_.exposure);
     fit_offsets(input_, seams_, correction_);
+    limit_offsets(input_, blending_, correction_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
       return color + correction_.face_offset(face, set_.corners[face], p.x, p.y);
     });
@@ -175,6 +178,7 @@ class Leveler {
 
   const AtlasInput& input_;
   const ChartSet& set_;
+  const BlendWeights& blending_;
   SeamSamples& seams_;
   const SeamBlend& blend_;
   ColorCorrection correction_;
@@ -195,7 +199,7 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
   result.step_before = mean_step(seams);
   result.misfit_before = mean_misfit(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;
-  Leveler leveler(input, set, seams, blend);
+  Leveler leveler(input, set, blending, seams, blend);
   result.correction = leveler.level(mode);
   result.misfit_exposed = leveler.misfit_exposed();
   result.step_after = mean_step(seams);

@@ -4,6 +4,7 @@
 
 #include "atlas/blending/blend_weights.h"
 #include "atlas/blending/coarse_photo.h"
+#include "atlas/leveling/limit_offsets.h"
 #include "tests/atlas/atlas_scene.h"
 
 namespace gpvc::atlas {
@@ -262,6 +263,52 @@ TEST(Blending, SeamsAreLeveledAsTheyAreBlended) {
   EXPECT_NEAR(atlas.statistics.seam_step_before, 30, 0.5);
   EXPECT_LE(atlas.statistics.seam_step_after, 2);
   for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) EXPECT_NEAR(color_at(atlas, face).r, 115, 7) << face;
+}
+
+/// What is left of an offset of a vertex in the middle.
+float limited(BlendScene& s, float offset) {
+  io::PhotoCache photos(s.scene, std::size_t{1} << 30);
+  const AtlasInput input{s.mesh, s.scene,      photos,     s.graph,  s.labels,
+                         s.tags, s.candidates, s.coverage, s.border, s.exposure};
+  ColorCorrection correction;
+  for (const Triangle& t : s.mesh.faces) correction.nodes.push_back(t);
+  correction.offsets.assign(s.mesh.positions.size(), Color{offset, offset, offset});
+  limit_offsets(input, BlendWeights(input, 0.1), correction);
+  return correction.offsets[4 * 9 + 4].g;
+}
+
+TEST(LimitOffsets, KeepColoursInTheRangeOfThePhotosThatAreBlended) {
+  BlendScene s(3);
+  s.paint(0, 100);
+  s.paint(1, 100);
+  s.paint(2, 120);
+  // Blending makes 100 + 0.6 x 20 / 3 = 104 of it.
+  EXPECT_NEAR(limited(s, 30), 120 + kOffsetTolerance - 104, 1);
+  EXPECT_NEAR(limited(s, -30), 100 - kOffsetTolerance - 104, 1);
+  EXPECT_EQ(limited(s, 10), 10);
+  EXPECT_EQ(limited(s, -5), -5);
+  s.set_costs([](std::size_t, std::size_t view) { return view == 0 ? 0.0f : 1.0f; });
+  EXPECT_EQ(limited(s, 30), 30) << "one photo alone tells no range";
+}
+
+TEST(Blending, NoPhotoAgreesWithAColourThatOffsetsMake) {
+  // The left half shows view 0, the right one view 1, which is brighter along the seam alone, by what no exposure explains.
+  const auto share = [](Blending blend) {
+    BlendScene s(2);
+    s.photograph(0, [](double x, double) { return Color{x < 0 ? 0.0f : 100.0f, 110, 90}; });
+    s.photograph(1, [](double x, double) { return Color{std::abs(x - 4) < 0.5 ? 180.0f : 100.0f, 110, 90}; });
+    for (std::size_t face = 0; face < s.mesh.faces.size(); ++face)
+      if (face % 16 >= 8) s.labels[face] = ViewId{1};
+    AtlasOptions options;
+    options.blend = blend;
+    s.exposure.resize(2);  // known to be equal
+    options.align = PhotoAlignment::none;
+    return s.build(options).statistics.invented_color;
+  };
+  const InventedColor found = share(Blending::coarse);
+  EXPECT_GT(found.texels, 1000u);
+  EXPECT_LT(found.share(), 0.01);
+  EXPECT_EQ(share(Blending::none).texels, 0u) << "nothing is blended, and nothing is compared";
 }
 
 }  // namespace
