@@ -22,6 +22,9 @@ Image read_image(const std::filesystem::path& file);
 /// is, and the whole file only if it is not; of a PNG the heads of its chunks.
 void check_photo_end(const std::filesystem::path& file);
 
+/// True if a pixel has one colour channel. From the header alone. Throws InputError.
+bool is_grey(const std::filesystem::path& file);
+
 /// True if the name ends like an image's: .jpg, .tif, .dng and others, in upper or lower case. Any other text behind the
 /// last dot is part of the name.
 bool has_image_extension(const std::filesystem::path& name);
@@ -48,5 +51,9 @@ inline constexpr Named<ImageFormat> kImageFormatNames[] = {{"jpg", ImageFormat::
 /// JPEG nothing, which means the same. Throws OutputError.
 void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality,
                  const ColorProfile& profile = {});
+
+/// Adds EXIF data to a JPEG that write_image() wrote: the exposure time, the f-number and the ISO speed. Throws InputError,
+/// OutputError.
+void state_exposure(const std::filesystem::path& jpeg, double seconds, double f_number, std::uint32_t sensitivity);
 
 }  // namespace gpvc::io

@@ -37,6 +37,7 @@ auto members_of(Model& model) {
   auto& [mesh, texcoords, face_texcoords, face_page] = model;
   return std::tie(texcoords, face_texcoords, face_page);
 }
-GPVC_MEMBERS(ModelOptions, offset, up, srs, srs_offset, normals, lit, pageless_faces, buffer_limit_bytes, copyright)
+GPVC_MEMBERS(ModelOptions, offset, up, srs, srs_offset, normals, lit, pageless_faces, obj_style, buffer_limit_bytes,
+             copyright)
 
 }  // namespace gpvc::io

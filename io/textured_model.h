@@ -53,6 +53,11 @@ inline constexpr Named<UpAxis> kUpAxisNames[] = {{"+x", UpAxis::pos_x}, {"-x", U
 /// The rotation, as the quaternion x, y, z, w, that takes a world axis to glTF's up, +y.
 std::array<double, 4> gltf_rotation(UpAxis up);
 
+/// exact: numbers read back as they are, faces in the input's order, materials page_0, page_1. texrecon: as mvs-texturing's texrecon
+/// writes an OBJ, by whose rules other programs read it (OpenDroneMap's odm_orthophoto, its packing of materials and its glTF, and
+/// Obj2Tiles): six decimals, all texture coordinates before the first material, faces page by page, materials material0000.
+enum class ObjStyle { exact, texrecon };
+
 struct ModelOptions {
   WorldPoint offset;          ///< subtracted from every position (in double) before printing or rounding to float
   UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
@@ -61,14 +66,15 @@ struct ModelOptions {
   bool normals = false;        ///< with smooth vertex normals, weighted by the faces' angles
   bool lit = false;            ///< of glTF: viewers light the model; else KHR_materials_unlit
   bool pageless_faces = true;  ///< in an OBJ; a glTF never has them
+  ObjStyle obj_style = ObjStyle::exact;
   /// Largest size of a .bin beside a .gltf (exceeded only if one page's triangles take more): lengths that 31 bits
   /// hold.
   std::size_t buffer_limit_bytes = 0x7FFFFFFF;
   std::string copyright{};  ///< in a glTF, which viewers show; empty: none
 };
 
-/// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order, usemtl where the
-/// page changes; coordinates less the offset are printed so that they read back exactly. v runs upwards in OBJ. Faces
+/// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order (but see ObjStyle), usemtl where
+/// the page changes; coordinates less the offset are printed so that they read back exactly. v runs upwards in OBJ. Faces
 /// without a page are listed without texture coordinates, under a grey material, or left out. Throws OutputError.
 void write_obj(const std::filesystem::path& obj_file, const TexturedModel& model, std::span<const PageFile> pages,
                const ModelOptions& options);

@@ -13,7 +13,7 @@ inline constexpr Share16 kWholeShare = 65535;
 /// One face in one view: 24 bytes, since a scene has tens of millions of them.
 struct FaceRecord {
   std::uint32_t face = 0;
-  float quality = 0;                     ///< of the chosen data term, >= 0, more is better; px^2 or grey levels px
+  float quality = 0;  ///< of the chosen data term, >= 0, more is better; px^2, grey levels px, or a share
   std::array<std::uint16_t, 3> color{};  ///< mean R, G, B of the pixels that show the face, times 256
   Share16 margin = 0;                    ///< share of those pixels within the strip along silhouettes
   /// Share of the face's samples that see it; kWholeShare if its class is full; 0 if the photo shows background there

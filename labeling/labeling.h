@@ -72,11 +72,15 @@ struct CostTable {
 /// either of them times the squared cosine of the viewing angle. The first cosine accounts for resolution: a slanted
 /// surface has fewer pixels in one direction, and area times cosine is the square of their density in that one. The second stands
 /// for what else gets worse at grazing angles: parallax, reflections and errors of the mesh grow with 1 / cosine.
-enum class DataTerm { area, area_angle, gmi, gmi_angle };
+/// nadir: for pictures of the ground from above. The photo that looks straight down (against z) at a place is the best for it,
+/// whatever the face's normal, which tells little in a mesh made from heights: the fourth power of the cosine between the line of
+/// sight and the vertical, times the square of that between the camera's axis and the vertical, as in mvs-texturing's nadir mode.
+enum class DataTerm { area, area_angle, gmi, gmi_angle, nadir };
 inline constexpr Named<DataTerm> kDataTermNames[] = {{"area", DataTerm::area},
                                                      {"area-angle", DataTerm::area_angle},
                                                      {"gmi", DataTerm::gmi},
-                                                     {"gmi-angle", DataTerm::gmi_angle}};
+                                                     {"gmi-angle", DataTerm::gmi_angle},
+                                                     {"nadir", DataTerm::nadir}};
 
 /// What becomes of a view whose colour disagrees with the face's other views: nothing, a lower quality, or rejection.
 enum class Outliers { none, damp, clamp };

@@ -79,7 +79,7 @@ void add_masks(CLI::App& app, SceneInput& input) {
                "Folder of masks as large as the photos, black where a pixel must not be used (darker than half is "
                "black): NAME.mask.png, NAME_mask.png, NAME.png or NAME, with or without the photo's extension, also "
                "JPEG or TIFF")
-          ->default_str("NAME.mask.png beside the photos");
+          ->default_str("NAME.mask.png beside the photos, or ../masks/NAME.EXT.png");
   group.flag("!--no-masks", input.masks, "Use every pixel: ignore masks and alpha channels")->excludes(masks_dir);
 }
 

@@ -116,6 +116,7 @@ struct SynthOptions : CommandOptions {
   double mesh_noise_m = 0;        ///< each coordinate of the written mesh is off by up to this
   synth::CameraErrors errors;     ///< of the written cameras
   bool exposure = false;          ///< a gain and vignetting for each photo
+  bool exif = false;              ///< photos' EXIF data state their exposure
   double wander = 0;              ///< most that a channel's gain changes from photo to photo, as a share
   double backscatter = 0;         ///< of synth::Shot
   synth::Unmodelled unmodelled;   ///< city: what the mesh lacks

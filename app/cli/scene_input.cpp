@@ -60,7 +60,8 @@ void check_places(const SceneInput& input, const char* order) {
     std::error_code ignored;
     if (!file.empty() && !std::filesystem::exists(file, ignored)) throw InputError(file, "", "does not exist");
   };
-  refuse_missing(input.scene);
+  // SCENE::EMBEDDING names no file, and io::read_scene() refuses it.
+  if (input.scene.string().find("::") == std::string::npos) refuse_missing(input.scene);
   refuse_missing(input.mesh);
   for (const auto& more : input.more_meshes) refuse_missing(more);
   if (io::is_mesh_name(input.scene))

@@ -42,6 +42,12 @@ synth::Exposure exposure_of(const SynthOptions& options, std::size_t view) {
   return result;
 }
 
+// As a camera that changes its exposure time alone, and whose values rise with the 2.2th root of the light.
+void state_exposure(const std::filesystem::path& jpeg, const synth::Exposure& exposure) {
+  const double gain = (exposure.gain[0] + exposure.gain[1] + exposure.gain[2]) / 3;
+  io::state_exposure(jpeg, std::pow(gain, 2.2) / 500, 2.8, 100);
+}
+
 // How far the middle of a photo moves over its exposure, in pixels: evenly spread over a disc.
 PixelPoint shake_of(const SynthOptions& options, std::size_t view) {
   if (options.shake_px == 0) return {};
@@ -100,6 +106,7 @@ Json options_json(const SynthOptions& o) {
           {"lens_error_px", o.errors.lens_px},
           {"exposure", o.exposure},
           {"wander", o.wander},
+          {"exif", o.exif},
           {"backscatter", o.backscatter},
           {"cars", o.unmodelled.cars},
           {"people", o.unmodelled.people},
@@ -169,7 +176,9 @@ void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views,
     const synth::SynthScene unmodelled = unmodelled_of(options, v);
     const synth::SynthPhoto photo =
         renderer.photo(view.camera, view.pose, shot_of(options, view.camera, v), &unmodelled);
-    io::write_image(folder.file("images/" + view.name), photo.image, io::ImageFormat::jpg, options.quality);
+    const std::filesystem::path file = folder.file("images/" + view.name);
+    io::write_image(file, photo.image, io::ImageFormat::jpg, options.quality);
+    if (options.exif) state_exposure(file, exposure_of(options, v));
     if (!options.ids) continue;
     io::write_image(folder.file("ids/" + view.name + ".png"),
                     id_picture(photo.surfaces, view.camera.width, view.camera.height), io::ImageFormat::png, 0);

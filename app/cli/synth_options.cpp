@@ -103,6 +103,7 @@ void add_imperfections(const OptionGroup& group, SynthOptions& options) {
   group.flag("--exposure", options.exposure, "Give each photo its own gain, 0.7 to 1.4, and darker corners");
   group.number("--wander", options.wander, 0.0, 0.5, "SHARE",
                "Let gain and white balance wander along the flight: by up to SHARE from photo to photo, 0 to 0.5");
+  group.flag("--exif", options.exif, "State how each photo was exposed in its EXIF data, as cameras do");
   group.number("--backscatter", options.backscatter, 0.0, 2.0, "SHARE",
                "Let all be brighter by SHARE where one looks straight away from the sun than across its rays, 0 to 2");
   if (options.kind == SynthKind::city) {

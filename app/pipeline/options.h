@@ -138,7 +138,7 @@ auto options_of(T& o) {
       offered(
           o.term, "data-term", views, kResearch,
           "What makes a photo good for a face. area: its pixels; gmi: the image gradient summed over them; -angle: the "
-          "same times the squared cosine of the viewing angle"),
+          "same times the squared cosine of the viewing angle; nadir: how far it looks straight down (against z)"),
       offered(o.outliers, "outliers", labels, kQuality,
               "Photos whose colour of a face differs from the others' (cars, people). clamp: not used there; damp: "
               "used less; none: used"),

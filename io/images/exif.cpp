@@ -41,4 +41,27 @@ std::optional<float> exposure_value(std::span<const std::uint8_t> exif) {
                         number_of(*data, EXIF_TAG_ISO_SPEED_RATINGS));
 }
 
+std::string exif_data(double seconds, double f_number, std::uint32_t sensitivity) {
+  std::string data("Exif\0\0", 6), tiff("II*\0", 4);  // little-endian
+  const auto number = [](std::uint32_t value, int bytes) {
+    std::string text;
+    for (int i = 0; i < bytes; ++i) text += static_cast<char>(value >> (8 * i) & 0xFF);
+    return text;
+  };
+  const auto entry = [&](ExifTag tag, ExifFormat format, std::uint32_t value) {
+    return number(tag, 2) + number(format, 2) + number(1, 4) + number(value, 4);
+  };
+  const auto ratio = [&](double value, std::uint32_t below) {
+    return number(static_cast<std::uint32_t>(std::lround(value * below)), 4) + number(below, 4);
+  };
+  // A directory of one entry, which leads to that of the exposure, behind which its ratios lie.
+  constexpr std::uint32_t kDirectory = 8, kSub = kDirectory + 2 + 12 + 4, kRatios = kSub + 2 + 3 * 12 + 4;
+  tiff +=
+      number(kDirectory, 4) + number(1, 2) + entry(EXIF_TAG_EXIF_IFD_POINTER, EXIF_FORMAT_LONG, kSub) + number(0, 4);
+  tiff += number(3, 2) + entry(EXIF_TAG_EXPOSURE_TIME, EXIF_FORMAT_RATIONAL, kRatios) +
+          entry(EXIF_TAG_FNUMBER, EXIF_FORMAT_RATIONAL, kRatios + 8) +
+          entry(EXIF_TAG_ISO_SPEED_RATINGS, EXIF_FORMAT_SHORT, sensitivity) + number(0, 4);
+  return data + tiff + ratio(seconds, 1000000) + ratio(f_number, 100);
+}
+
 }  // namespace gpvc::io

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 
 namespace gpvc::io {
 
@@ -13,5 +14,8 @@ std::optional<float> exposure_value(double seconds, double f_number, double sens
 
 /// That of EXIF data, "Exif\0\0" at their beginning; nullopt where they do not say it.
 std::optional<float> exposure_value(std::span<const std::uint8_t> exif);
+
+/// EXIF data that say so, "Exif\0\0" at their beginning: times and f-numbers in millionths and hundredths.
+std::string exif_data(double seconds, double f_number, std::uint32_t sensitivity);
 
 }  // namespace gpvc::io

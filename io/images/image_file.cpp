@@ -91,6 +91,11 @@ PhotoHeader read_photo_header(const fs::path& file) {
   return {{header.width, header.height}, header.exposure_value};
 }
 
+bool is_grey(const fs::path& file) {
+  const ImageHeader header = header_of(file);
+  return header.channels - (header.alpha_channel >= 0 ? 1 : 0) == 1;
+}
+
 void check_photo_end(const fs::path& file) {
   const FileBytes bytes(file, FileBytes::Use::in_places);
   const std::string_view view = bytes.view();

@@ -5,6 +5,8 @@
 #include <string>
 
 #include "io/error.h"
+#include "io/file_bytes.h"
+#include "io/images/exif.h"
 #include "io/images/image_file.h"
 #include "io/images/jpeg_errors.h"
 
@@ -66,6 +68,21 @@ void write_image(const fs::path& file, const Image& image, ImageFormat format, i
   else
     write_jpeg(out, file, image, quality, profile);
   out.commit();
+}
+
+void state_exposure(const fs::path& jpeg, double seconds, double f_number, std::uint32_t sensitivity) {
+  const std::string exif = exif_data(seconds, f_number, sensitivity);
+  const std::size_t length = exif.size() + 2;
+  std::string bytes;
+  {
+    const FileBytes picture(jpeg);
+    // Behind the marker that begins the file.
+    bytes = picture.view().substr(0, 2);
+    bytes += {'\xFF', '\xE1', static_cast<char>(length >> 8), static_cast<char>(length & 0xFF)};
+    bytes += exif;
+    bytes += picture.view().substr(2);
+  }
+  write_file(jpeg, bytes);
 }
 
 }  // namespace gpvc::io

@@ -59,10 +59,23 @@ class PhotoNames {
   std::multimap<std::string, fs::path> photos_;
 };
 
+/// The mask of a photo in OpenDroneMap's folders: undistorted/masks/NAME.EXT.png of undistorted/images/NAME.EXT. Empty where there is
+/// none, or one of another size, which is warned of: the folder may be about other photos.
+fs::path odm_mask(SceneFile& scene, const View& view, FolderNames& names) {
+  const fs::path& photo = photo_of(scene, view);
+  const fs::path found = names.find(folder_of(photo) / ".." / "masks" / (photo.filename().string() + ".png"));
+  if (found.empty()) return {};
+  const ImageSize size = read_photo_header(found).size;
+  if (size.width == view.camera.width && size.height == view.camera.height) return found;
+  scene.warnings.push_back(found.string() + " is " + size_text(size.width, size.height) + " pixels, its photo is " +
+                           size_text(view.camera.width, view.camera.height) + ": it is not used as a mask");
+  return {};
+}
+
 /// The first file that exists of: the mask that the scene's file states (a relative path starts at that file's folder,
-/// never at the current one); masks beside the photo, RealityCapture's among them; or, in a given folder of masks, those
-/// named after the view or the photo.
-fs::path mask_of(const SceneFile& scene, const View& view, const SceneOptions& options, const PhotoNames& photos,
+/// never at the current one); masks beside the photo, RealityCapture's among them, and OpenDroneMap's; or, in a given folder of
+/// masks, those named after the view or the photo.
+fs::path mask_of(SceneFile& scene, const View& view, const SceneOptions& options, const PhotoNames& photos,
                  FolderNames& names) {
   const fs::path& photo = photo_of(scene, view);
   std::vector<fs::path> candidates;
@@ -80,7 +93,9 @@ fs::path mask_of(const SceneFile& scene, const View& view, const SceneOptions& o
   }
   for (const fs::path& candidate : candidates)
     if (const fs::path found = names.find(candidate); !found.empty() && !photos.has(found)) return found;
-  return options.masks_dir ? fs::path() : names.find_layer(photo, "mask");
+  if (options.masks_dir) return {};
+  const fs::path layer = names.find_layer(photo, "mask");
+  return layer.empty() ? odm_mask(scene, view, names) : layer;
 }
 
 /// Refuses a mask in a given folder that lies there for photos of one name in several folders. \param stated the masks that

@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
 #include "io/meshes/normals.h"
 #include "io/output_file.h"
@@ -33,6 +34,14 @@ class TextOut {
     const std::to_chars_result end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
     return text({digits.data(), static_cast<std::size_t>(end.ptr - digits.data())});
   }
+  /// With six decimals.
+  TextOut& rounded(double value) {
+    constexpr std::size_t kLongest = 340;  // of a double
+    std::array<char, kLongest> digits;
+    const std::to_chars_result end =
+        std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, 6);
+    return text({digits.data(), static_cast<std::size_t>(end.ptr - digits.data())});
+  }
   void commit() {
     out_.write(block_);
     out_.commit();
@@ -57,12 +66,18 @@ std::string name_beside(const fs::path& page, const fs::path& obj_file) {
   return (relative.empty() ? page : relative).generic_string();
 }
 
+std::string material_name(ObjStyle style, std::size_t page) {
+  const std::string number = std::to_string(page);
+  if (style == ObjStyle::exact) return "page_" + number;
+  return "material" + std::string(4 - std::min<std::size_t>(number.size(), 4), '0') + number;
+}
+
 void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<const PageFile> pages,
-               bool with_untextured) {
+               bool with_untextured, ObjStyle style) {
   TextOut out(mtl_file);
   for (std::size_t page = 0; page < pages.size(); ++page) {
     if (page > 0) out.text("\n");
-    out.text("newmtl page_").number(page);
+    out.text("newmtl ").text(material_name(style, page));
     // White, no highlight, no shading: the photo's light is in the texture already.
     out.text("\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 0\nmap_Kd ").text(name_beside(pages[page].file, obj_file));
     out.text("\n");
@@ -73,28 +88,54 @@ void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<con
 
 void write_vertices(TextOut& out, const TexturedModel& model, const ModelOptions& options) {
   const WorldPoint& offset = options.offset;
+  const bool exact = options.obj_style == ObjStyle::exact;
+  const auto number = [&](auto value) { exact ? out.number(value) : out.rounded(static_cast<double>(value)); };
   for (const WorldPoint& p : model.mesh->written_positions()) {
-    out.text("v ").number(p.x - offset.x).text(" ").number(p.y - offset.y).text(" ").number(p.z - offset.z);
+    out.text("v ");
+    number(p.x - offset.x);
+    out.text(" ");
+    number(p.y - offset.y);
+    out.text(" ");
+    number(p.z - offset.z);
     out.text("\n");
   }
-  for (const TexCoord& t : model.texcoords) out.text("vt ").number(t.u).text(" ").number(1.0f - t.v).text("\n");
+  const auto write_texcoord = [&](const TexCoord& t) {
+    out.text("vt ");
+    number(t.u);
+    out.text(" ");
+    number(1.0f - t.v);
+    out.text("\n");
+  };
+  for (const TexCoord& t : model.texcoords) write_texcoord(t);
+  // odm_orthophoto takes equal counts for a model whose vertices have one texture coordinate each, in their order.
+  if (!exact && model.texcoords.size() == model.mesh->positions.size()) write_texcoord({});
   if (!options.normals) return;
   for (const auto& n : vertex_normals(*model.mesh))
     out.text("vn ").number(n[0]).text(" ").number(n[1]).text(" ").number(n[2]).text("\n");
 }
 
+/// The faces in the order in which they are written.
+std::vector<std::uint32_t> face_order(const TexturedModel& model, const ModelOptions& options) {
+  std::vector<std::uint32_t> order;
+  order.reserve(model.face_page.size());
+  for (std::uint32_t f = 0; f < model.face_page.size(); ++f)
+    if (model.face_page[f] != kNoPage || options.pageless_faces) order.push_back(f);
+  if (options.obj_style == ObjStyle::texrecon)
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t f) { return model.face_page[f]; });
+  return order;
+}
+
 /// Normals are numbered as positions are.
 void write_faces(TextOut& out, const TexturedModel& model, const ModelOptions& options) {
   std::optional<std::uint32_t> last;
-  for (std::size_t f = 0; f < model.mesh->faces.size(); ++f) {
+  for (const std::uint32_t f : face_order(model, options)) {
     const std::uint32_t page = model.face_page[f];
-    if (page == kNoPage && !options.pageless_faces) continue;
     if (page != last) {
       last = page;
       if (page == kNoPage)
         out.text("usemtl untextured\n");
       else
-        out.text("usemtl page_").number(page).text("\n");
+        out.text("usemtl ").text(material_name(options.obj_style, page)).text("\n");
     }
     out.text("f");
     for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -117,7 +158,7 @@ void write_obj(const fs::path& obj_file, const TexturedModel& model, std::span<c
   TextOut out(obj_file);
   const auto& face_page = model.face_page;
   write_mtl(mtl_file, obj_file, pages,
-            options.pageless_faces && std::ranges::find(face_page, kNoPage) != face_page.end());
+            options.pageless_faces && std::ranges::find(face_page, kNoPage) != face_page.end(), options.obj_style);
   out.text("mtllib ").text(mtl_file.filename().string()).text("\n");
   write_vertices(out, model, options);
   write_faces(out, model, options);

@@ -82,7 +82,10 @@ class NvmReader {
     if (!cameras && scene_.views.empty()) throw InputError(file_, place(), "expected a number of cameras");
     if (!cameras || *cameras == 0) return false;  // what follows lists files of points
     std::vector<View> views;
-    for (std::uint32_t i = 0; i < *cameras; ++i) views.push_back(read_camera());
+    for (std::uint32_t i = 0; i < *cameras; ++i) {
+      views.push_back(read_camera());
+      views.back().number = i;
+    }
     if (views.size() > scene_.views.size()) scene_.views = std::move(views);
     const std::string_view points = line();
     if (points.empty()) return true;

@@ -18,13 +18,14 @@
 namespace gpvc::io {
 
 // One a format, each defined in its NAME_scene.cpp.
-extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kMicmac, kNvm, kOdmShots,
-    kOpenmvg, kOpenmvs, kOpensfm, kOpf, kPix4d, kRealityCsv, kRealityXmp, kTransforms;
+extern const SceneFormat kAlicevision, kBlocksExchange, kBundler, kCam, kColmap, kMetashape, kMicmac, kMve, kNvm,
+    kOdmShots, kOpenmvg, kOpenmvs, kOpensfm, kOpf, kPix4d, kRealityCsv, kRealityXmp, kTransforms;
 
 std::span<const SceneFormat* const> scene_formats() {
-  static constexpr const SceneFormat* kFormats[] = {
-      &kAlicevision, &kBlocksExchange, &kBundler, &kCam, &kColmap, &kMetashape,  &kMicmac,     &kNvm,       &kOdmShots,
-      &kOpenmvg,     &kOpenmvs,        &kOpensfm, &kOpf, &kPix4d,  &kRealityCsv, &kRealityXmp, &kTransforms};
+  static constexpr const SceneFormat* kFormats[] = {&kAlicevision, &kBlocksExchange, &kBundler,   &kCam, &kColmap,
+                                                    &kMetashape,   &kMicmac,         &kMve,       &kNvm, &kOdmShots,
+                                                    &kOpenmvg,     &kOpenmvs,        &kOpensfm,   &kOpf, &kPix4d,
+                                                    &kRealityCsv,  &kRealityXmp,     &kTransforms};
   return kFormats;
 }
 
@@ -308,7 +309,7 @@ Camera reduced_camera(Camera camera, int factor) {
 Scene read_scene(const fs::path& source, const SceneOptions& options) {
   if (options.downscale < 1) throw std::invalid_argument("SceneOptions::downscale must be at least 1");
   std::error_code ignored;
-  if (!fs::exists(source, ignored)) throw InputError(source, "", "does not exist");
+  if (!fs::exists(source, ignored) && !kMve.find(source)) throw InputError(source, "", "does not exist");
   const SceneSource found = recognize(source);
   SceneFile file = read_file(found);
   if (file.views.empty()) {

@@ -148,6 +148,7 @@ struct FaceShape {
   InverseDepth plane;
   float area_px = 0;  ///< of the projection, unclipped by the image; 0 if a vertex lies far outside the image
   float cosine = 0;   ///< of the angle between normal and line of sight to the centroid
+  float nadir = 0;    ///< how far the view looks straight down at the centroid, 0..1
 };
 
 /// True within the region that FaceCoverage::visible_share refers to. The projection of a face that ends close to the
@@ -181,8 +182,19 @@ float cos_angle(const CameraTriangle& p) {
   return static_cast<float>(std::abs(n.x * centroid.x + n.y * centroid.y + n.z * centroid.z) / norm);
 }
 
-FaceShape shape_of(const Camera& camera, const CameraTriangle& p) {
-  return {inverse_depth(camera, p), static_cast<float>(projected_area(camera, p)), cos_angle(p)};
+/// DataTerm::nadir. 0 for a view from below.
+float nadir_share(const Pose& pose, const CameraTriangle& p) {
+  const CameraPoint centroid = centroid_of(p), up{pose.rotation[2], pose.rotation[5], pose.rotation[8]};
+  const double norm = length(centroid);
+  if (!(norm > 0)) return 0;
+  const double down = -(up.x * centroid.x + up.y * centroid.y + up.z * centroid.z) / norm;
+  const double square = std::max(0.0, down) * down;
+  return static_cast<float>(square * square * up.z * up.z);
+}
+
+FaceShape shape_of(const View& view, const CameraTriangle& p) {
+  return {inverse_depth(view.camera, p), static_cast<float>(projected_area(view.camera, p)), cos_angle(p),
+          nadir_share(view.pose, p)};
 }
 
 bool needs_gradient(DataTerm term) { return term == DataTerm::gmi || term == DataTerm::gmi_angle; }
@@ -191,6 +203,7 @@ bool needs_angle(DataTerm term) { return term == DataTerm::area_angle || term ==
 /// The data term: how good the view is for a face. Another term belongs here, in DataTerm and in kDataTermNames.
 double quality_of(DataTerm term, const FaceShape& shape, double visible_share, const PixelSums& sums) {
   const auto pixels = static_cast<double>(sums.pixels);
+  if (term == DataTerm::nadir) return static_cast<double>(shape.nadir) * visible_share;
   double quality = shape.area_px > 0 ? static_cast<double>(shape.area_px) * visible_share : pixels;
   if (needs_gradient(term)) quality *= static_cast<double>(sums.gradient) / (kGradientUnit * pixels);
   if (needs_angle(term)) {
@@ -253,7 +266,7 @@ class ViewPass {
   std::vector<FaceRecord> run(std::span<const std::uint8_t> wanted) {
     list_faces(wanted);
     tbb::parallel_for(std::size_t{0}, of_.faces.size(), [&](std::size_t slot) {
-      of_.shapes[slot] = shape_of(view_.camera, corners(of_.faces[slot]));
+      of_.shapes[slot] = shape_of(view_, corners(of_.faces[slot]));
       of_.sums[slot] = {};
     });
     of_.strip.resize(strip_words_ * static_cast<std::size_t>(visibility_.ivm.height));

@@ -33,7 +33,8 @@ struct ViewScratch {
 /// - gmi: that times the mean gradient magnitude over the face's pixels, in grey levels a pixel: the integral of the
 ///   gradient magnitude over the projection. Area and mean are taken apart because the pixel centres in a small face do
 ///   not add up to its area;
-/// - area_angle, gmi_angle: area or gmi times cos^2 of the angle between the face's normal and the line of sight.
+/// - area_angle, gmi_angle: area or gmi times cos^2 of the angle between the face's normal and the line of sight;
+/// - nadir: see DataTerm, times the visible share.
 /// A face that owns no pixel of the IVM takes gradient and colour from the pixel at its centroid.
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
                                         const visibility::ViewVisibility& visibility, const CostOptions& options,

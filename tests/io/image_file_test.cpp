@@ -12,6 +12,7 @@
 
 #include "io/file_bytes.h"
 #include "io/images.h"
+#include "io/images/exif.h"
 #include "io/images/image_file.h"
 #include "tests/support/temporary_folder.h"
 
@@ -307,26 +308,6 @@ TEST(ReadImage, TakesJpegWithUnsoundMetadata) {
   }
 }
 
-/// EXIF data as cameras write them, little-endian: exposure time, f-number and ISO speed.
-std::string exif_data(std::uint32_t seconds_above, std::uint32_t seconds_below, std::uint32_t tenths_f,
-                      std::uint32_t iso) {
-  std::string data("Exif\0\0", 6), tiff("II*\0", 4);
-  const auto number = [](std::uint32_t value, int bytes) {
-    std::string text;
-    for (int i = 0; i < bytes; ++i) text += static_cast<char>(value >> (8 * i) & 0xFF);
-    return text;
-  };
-  const auto entry = [&](std::uint32_t tag, std::uint32_t type, std::uint32_t value) {
-    return number(tag, 2) + number(type, 2) + number(1, 4) + number(value, 4);
-  };
-  constexpr std::uint32_t kShort = 3, kLong = 4, kRational = 5, kSub = 26, kRationals = kSub + 2 + 3 * 12 + 4;
-  tiff += number(8, 4) + number(1, 2) + entry(0x8769, kLong, kSub) + number(0, 4);
-  tiff += number(3, 2) + entry(0x829A, kRational, kRationals) + entry(0x829D, kRational, kRationals + 8) +
-          entry(0x8827, kShort, iso) + number(0, 4);
-  tiff += number(seconds_above, 4) + number(seconds_below, 4) + number(tenths_f, 4) + number(10, 4);
-  return data + tiff;
-}
-
 TEST(ReadImage, FindsTheExposureValueOfAJpeg) {
   const TemporaryFolder folder;
   write_image(folder.path() / "good.jpg", picture(40, 30), ImageFormat::jpg, 95);
@@ -337,11 +318,11 @@ TEST(ReadImage, FindsTheExposureValueOfAJpeg) {
         .exposure_value;
   };
   // f/2.8, 1/400 s, ISO 200: log2(7.84 * 400 / 2).
-  ASSERT_TRUE(exposure_of(exif_data(1, 400, 28, 200)).has_value());
-  EXPECT_NEAR(*exposure_of(exif_data(1, 400, 28, 200)), 10.615, 0.001);
-  EXPECT_FALSE(exposure_of(exif_data(1, 0, 28, 200)).has_value());
-  EXPECT_FALSE(exposure_of(exif_data(1, 400, 0, 200)).has_value());
-  EXPECT_FALSE(exposure_of(exif_data(1, 400, 28, 200).substr(0, 50)).has_value());
+  ASSERT_TRUE(exposure_of(exif_data(1.0 / 400, 2.8, 200)).has_value());
+  EXPECT_NEAR(*exposure_of(exif_data(1.0 / 400, 2.8, 200)), 10.615, 0.001);
+  EXPECT_FALSE(exposure_of(exif_data(0, 2.8, 200)).has_value());
+  EXPECT_FALSE(exposure_of(exif_data(1.0 / 400, 0.0, 200)).has_value());
+  EXPECT_FALSE(exposure_of(exif_data(1.0 / 400, 2.8, 200).substr(0, 50)).has_value());
   EXPECT_FALSE(read_photo_header(folder.path() / "good.jpg").exposure_value.has_value());
 }
 
