@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 commands='texture|tileset|tiles|unit|plan|visibility|evaluate|compare|label|inspect|convert|synth'
 # plan_text.cpp writes shell scripts that call the program; "compare --summarize" is the name of a result in run.json.
 named=$(grep -rnE --include='*.cpp' --include='*.h' "\"[^\"]*(--[a-z]|gpvc ($commands)\b)" io visibility labeling atlas app |
-  grep -vE '^app/cli/|^app/tiles/plan_text\.cpp:|\{"compare --summarize", \{"summary' || true)
+  grep -vE '^app/(cli|texrecon)/|^app/tiles/plan_text\.cpp:|\{"compare --summarize", \{"summary' || true)
 if [ -n "$named" ]; then
   echo "library_sentences.sh: names what only the command line knows:" >&2
   echo "$named" >&2

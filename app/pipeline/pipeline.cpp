@@ -30,20 +30,30 @@ void report_selection(const labeling::Selection& selection, const char* origin, 
 
 namespace {
 
-labeling::Selection take_or_choose(const Run& run, const Choice& choice) {
+// Of given labels those that are candidates.
+std::vector<ViewId> possible_labels(std::span<const ViewId> given, const labeling::CostTable& table) {
+  std::vector<ViewId> labels(given.begin(), given.end());
+  for (std::size_t face = 0; face < labels.size(); ++face)
+    if (std::ranges::count(table.views_of(face), static_cast<std::uint32_t>(labels[face])) == 0) labels[face] = kNoView;
+  return labels;
+}
+
+labeling::Selection take_or_choose(const Run& run, const Choice& choice, std::span<const ViewId> given) {
   if (std::optional<labeling::Selection> kept = kept_labels(run)) {
     run.observer.begin({"choose"});
     report_selection(*kept, ", kept by an earlier run", run.observer);
     return std::move(*kept);
   }
-  labeling::Selection selection = choose(choice.seen.candidates.table, choice.graph, run.settings.solver, run.observer);
+  labeling::Selection selection = choose(choice.seen.candidates.table, choice.graph, run.settings.solver, run.observer,
+                                         possible_labels(given, choice.seen.candidates.table));
   if (run.kept != nullptr) run.kept->put(kLabelsPart, selection);
   return selection;
 }
 
 }  // namespace
 
-Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions options, const OnJudged& on_judged) {
+Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions options, const OnJudged& on_judged,
+                      std::span<const ViewId> labels) {
   run.photos.keep_at_most(memory.photos_while_seeing());
   Choice choice{weighed_graph(run.input.mesh, run.settings.edge_weights, run.observer), {}, {}};
   options.graph = &choice.graph;
@@ -52,7 +62,7 @@ Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions optio
   run.observer.figure("decodes.see", run.photos.decodes().times - decodes);
   run.photos.keep_at_most(memory.photos_while_choosing());
   release_freed_memory();
-  choice.selection = take_or_choose(run, choice);
+  choice.selection = take_or_choose(run, choice, labels);
   release_freed_memory();
   return choice;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "../checks/scene_fit.h"
@@ -33,9 +34,10 @@ struct Choice {
   Seen seen;
   labeling::Selection selection;
 };
-/// The stages up to the choice of views, within the memory.
-Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions options = {},
-                      const OnJudged& on_judged = {});
+/// The stages up to the choice of views, within the memory. \param labels per face the view that it takes if that is one of its
+/// candidates, kNoView where one is to be chosen, as elsewhere; empty: chosen for all. \pre not labels and work that is kept
+Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions options = {}, const OnJudged& on_judged = {},
+                      std::span<const ViewId> labels = {});
 
 /// Notes the figures of a selection and ends the stage. \param origin added to what the stage says
 void report_selection(const labeling::Selection& selection, const char* origin, Observer& observer);

@@ -27,8 +27,9 @@ struct Outcome {
 
 class Program {
  public:
-  // Starts gpvc. `in_child` runs before it, in its process.
-  explicit Program(const std::vector<std::string>& arguments, const std::function<void()>& in_child = {}) {
+  // Starts gpvc, or another program. `in_child` runs before it, in its process.
+  explicit Program(const std::vector<std::string>& arguments, const std::function<void()>& in_child = {},
+                   const char* binary = GPVC_BINARY) {
     const fs::path out = folder_.path() / "stdout", err = folder_.path() / "stderr";
     process_ = fork();
     if (process_ != 0) return;
@@ -37,12 +38,12 @@ class Program {
     dup2(out_file, STDOUT_FILENO);
     dup2(err_file, STDERR_FILENO);
     if (in_child) in_child();
-    std::vector<std::string> words{GPVC_BINARY};
+    std::vector<std::string> words{binary};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
-    execv(GPVC_BINARY, argv.data());
+    execv(binary, argv.data());
     _exit(127);
   }
 
