@@ -50,8 +50,9 @@ ImageHeader read_other_header(const ImageBytes& image) {
   if (image.view.starts_with("GIF8"))
     throw InputError(image.file, "", "is a GIF, expected JPEG, PNG, TIFF, EXR or the like");
   OtherHeader found;
-  if (const std::string wrong = other_formats(image.file).read_header(image.file, found); !wrong.empty())
-    throw InputError(image.file, "", "is no image that can be read: " + wrong);
+  if (!read_tiff_header(image, found))
+    if (const std::string wrong = other_formats(image.file).read_header(image.file, found); !wrong.empty())
+      throw InputError(image.file, "", "is no image that can be read: " + wrong);
   check_claims(image, found);
   return {std::move(found.format),
           found.width,
@@ -66,8 +67,9 @@ ImageHeader read_other_header(const ImageBytes& image) {
 
 void decode_other(const ImageBytes& image, const SampleRoom& room, std::string_view format) {
   if (format == "tiff") check_tiff(image);
-  if (const std::string wrong = other_formats(image.file).decode(image.file, room); !wrong.empty())
-    throw InputError(image.file, image.part, "cannot be decoded whole: " + wrong);
+  std::string wrong;
+  if (!decode_tiff(image, room, wrong)) wrong = other_formats(image.file).decode(image.file, room);
+  if (!wrong.empty()) throw InputError(image.file, image.part, "cannot be decoded whole: " + wrong);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Reads pixels of files and of images inside files: JPEG and PNG through their own libraries, all else through other_formats.h.
+// Reads pixels of files and of images inside files: JPEG and PNG and TIFF through their own libraries, all else through other_formats.h.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 
 #include "io/images.h"
 #include "io/images/image_bounds.h"
+#include "io/images/other_formats.h"
 
 namespace gpvc::io {
 
@@ -35,5 +36,10 @@ void decode_jpeg(const ImageBytes& image, const ImageHeader& header, std::uint8_
 ImageHeader read_png_header(const ImageBytes& image);
 void decode_png(const ImageBytes& image, const ImageHeader& header, std::uint8_t* to);
 void decode_png(const ImageBytes& image, const ImageHeader& header, float* to);
+
+/// Both return false for files that are no TIFF, or one that is left to OpenImageIO. \param wrong what is wrong, or nothing, as those of
+/// OtherFormats return it
+bool read_tiff_header(const ImageBytes& image, OtherHeader& header);
+bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong);
 
 }  // namespace gpvc::io

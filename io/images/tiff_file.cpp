@@ -1,0 +1,304 @@
+// TIFF by libtiff. What it is asked for here are photos as cameras and mapping programs write them: grey or RGB, further samples, whole
+// numbers of 8 or 16 bits or floats of 32, strips or tiles, planes together or apart, in every coding that libtiff knows. Other
+// files, of palettes or inks or sensors' samples for example, are left to other_formats.h.
+#include <tiffio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/files/frees.h"
+#include "io/files/text_scan.h"
+#include "io/images/codec.h"
+
+namespace gpvc::io {
+namespace {
+
+/// The bytes of a file as libtiff reads them, and the first thing that it complains of.
+class Source {
+ public:
+  explicit Source(std::string_view bytes) : bytes_(bytes) {}
+  std::string_view bytes() const { return bytes_; }
+  const std::string& complaint() const { return complaint_; }
+
+  static tmsize_t read(thandle_t handle, void* to, tmsize_t count) {
+    Source& self = of(handle);
+    const std::size_t left = self.bytes_.size() - std::min<std::size_t>(self.at_, self.bytes_.size());
+    const std::size_t taken = std::min(static_cast<std::size_t>(count), left);
+    if (taken > 0) std::memcpy(to, self.bytes_.data() + self.at_, taken);
+    self.at_ += taken;
+    return static_cast<tmsize_t>(taken);
+  }
+  static tmsize_t write(thandle_t, void*, tmsize_t) { return 0; }
+  static toff_t seek(thandle_t handle, toff_t offset, int whence) {
+    Source& self = of(handle);
+    self.at_ = offset + (whence == SEEK_CUR ? self.at_ : whence == SEEK_END ? self.bytes_.size() : 0);
+    return self.at_;
+  }
+  static int close(thandle_t) { return 0; }
+  static toff_t size(thandle_t handle) { return of(handle).bytes_.size(); }
+  static int map(thandle_t handle, void** base, toff_t* bytes) {
+    *base = const_cast<char*>(of(handle).bytes_.data());
+    *bytes = of(handle).bytes_.size();
+    return 1;
+  }
+  static void unmap(thandle_t, void*, toff_t) {}
+
+  static int note(TIFF*, void* user, const char*, const char* format, va_list arguments) {
+    Source& self = *static_cast<Source*>(user);
+    char text[400];
+    std::vsnprintf(text, sizeof text, format, arguments);
+    if (self.complaint_.empty()) self.complaint_ = text;
+    return 1;
+  }
+  static int ignore(TIFF*, void*, const char*, const char*, va_list) { return 1; }
+
+ private:
+  static Source& of(thandle_t handle) { return *static_cast<Source*>(handle); }
+  std::string_view bytes_;
+  std::uint64_t at_ = 0;
+  std::string complaint_;
+};
+
+using Tiff = std::unique_ptr<TIFF, Frees<TIFFClose>>;
+
+Tiff open(Source& source) {
+  const std::unique_ptr<TIFFOpenOptions, Frees<TIFFOpenOptionsFree>> options(TIFFOpenOptionsAlloc());
+  TIFFOpenOptionsSetErrorHandlerExtR(options.get(), Source::note, &source);
+  TIFFOpenOptionsSetWarningHandlerExtR(options.get(), Source::ignore, &source);
+  // No coding of a strip needs more than its pixels several times.
+  TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), std::numeric_limits<tmsize_t>::max() / 4);
+  return Tiff(TIFFClientOpenExt("photo", "r", &source, Source::read, Source::write, Source::seek, Source::close,
+                                Source::size, Source::map, Source::unmap, options.get()));
+}
+
+/// What a file of ours says of its samples.
+struct Layout {
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t channels = 1, bits = 1, format = SAMPLEFORMAT_UINT, photometric = 0, coding = COMPRESSION_NONE,
+                planes = PLANARCONFIG_CONTIG;
+  std::vector<std::uint16_t> extra;  ///< what samples beyond grey or RGB mean
+  bool is_tiled = false;
+
+  std::size_t sample_bytes() const { return bits / 8u; }
+  std::uint16_t colors() const { return photometric == PHOTOMETRIC_MINISBLACK ? 1 : 3; }
+};
+
+Layout layout_of(TIFF& tiff) {
+  Layout l;
+  TIFFGetField(&tiff, TIFFTAG_IMAGEWIDTH, &l.width);
+  TIFFGetField(&tiff, TIFFTAG_IMAGELENGTH, &l.height);
+  TIFFGetFieldDefaulted(&tiff, TIFFTAG_SAMPLESPERPIXEL, &l.channels);
+  TIFFGetFieldDefaulted(&tiff, TIFFTAG_BITSPERSAMPLE, &l.bits);
+  TIFFGetFieldDefaulted(&tiff, TIFFTAG_SAMPLEFORMAT, &l.format);
+  TIFFGetFieldDefaulted(&tiff, TIFFTAG_COMPRESSION, &l.coding);
+  TIFFGetFieldDefaulted(&tiff, TIFFTAG_PLANARCONFIG, &l.planes);
+  if (TIFFGetField(&tiff, TIFFTAG_PHOTOMETRIC, &l.photometric) == 0)
+    l.photometric = std::numeric_limits<std::uint16_t>::max();
+  std::uint16_t count = 0;
+  const std::uint16_t* meanings = nullptr;
+  if (TIFFGetField(&tiff, TIFFTAG_EXTRASAMPLES, &count, &meanings) != 0) l.extra.assign(meanings, meanings + count);
+  l.is_tiled = TIFFIsTiled(&tiff) != 0;
+  return l;
+}
+
+bool has_tag(TIFF& tiff, std::uint32_t tag) {
+  // libtiff knows no such tag, and makes an anonymous field of one that it finds.
+  return TIFFFindField(&tiff, tag, TIFF_ANY) != nullptr;
+}
+
+/// JPEG data in YCbCr come as RGB.
+bool is_jpeg_in_ycbcr(const Layout& l) {
+  return l.coding == COMPRESSION_JPEG && l.photometric == PHOTOMETRIC_YCBCR && l.bits == 8 && l.channels == 3;
+}
+
+bool is_ours(TIFF& tiff, const Layout& l) {
+  constexpr std::uint32_t kDngVersion = 50706;
+  const bool whole = l.format == SAMPLEFORMAT_UINT && (l.bits == 8 || l.bits == 16);
+  const bool real = l.format == SAMPLEFORMAT_IEEEFP && l.bits == 32;
+  if (!(whole || real) || TIFFIsCODECConfigured(l.coding) == 0 || has_tag(tiff, kDngVersion)) return false;
+  if (is_jpeg_in_ycbcr(l)) return true;
+  if (l.photometric != PHOTOMETRIC_MINISBLACK && l.photometric != PHOTOMETRIC_RGB) return false;
+  return l.channels == l.colors() + l.extra.size();  // else it is left open whether a sample is an alpha
+}
+
+bool is_named_tiff(const ImageBytes& image) {
+  const std::string extension = lower_case(image.file.extension().string());
+  return image.part.empty() && (extension == ".tif" || extension == ".tiff");
+}
+
+double exif_number(TIFF& tiff, std::uint32_t tag) {
+  const TIFFField* field = TIFFFieldWithTag(&tiff, tag);
+  if (field == nullptr) return 0;
+  double value = 0;
+  if (TIFFFieldSetGetSize(field) == sizeof value) return TIFFGetField(&tiff, tag, &value) != 0 ? value : 0;
+  float single = 0;
+  return TIFFGetField(&tiff, tag, &single) != 0 ? static_cast<double>(single) : 0;
+}
+
+/// After all else: the file stands at another directory then.
+void read_exif(TIFF& tiff, OtherHeader& header) {
+  toff_t place = 0;
+  if (TIFFGetField(&tiff, TIFFTAG_EXIFIFD, &place) == 0 || TIFFReadEXIFDirectory(&tiff, place) == 0) return;
+  header.exposure_seconds = exif_number(tiff, EXIFTAG_EXPOSURETIME);
+  header.f_number = exif_number(tiff, EXIFTAG_FNUMBER);
+  std::uint16_t count = 0;
+  const std::uint16_t* speeds = nullptr;
+  if (TIFFGetField(&tiff, EXIFTAG_ISOSPEEDRATINGS, &count, &speeds) != 0 && count > 0) header.sensitivity = speeds[0];
+}
+
+/// Writes one sample, of any depth, as a byte or a float of black 0 to white 1.
+class Store {
+ public:
+  Store(const Layout& layout, const SampleRoom& room) : layout_(layout), room_(room) {}
+
+  /// `count` pixels from (x, y) on. \param from their first sample \param stride bytes from pixel to pixel \param channel that of
+  /// the first sample \param channels how many follow it in each pixel
+  void row(std::uint32_t x, std::uint32_t y, std::uint32_t count, const std::byte* from, std::size_t stride,
+           std::size_t channel, std::size_t channels) const {
+    const auto wanted = static_cast<std::size_t>(room_.channels);
+    if (channel >= wanted) return;
+    const std::size_t each = std::min(channels, wanted - channel);
+    std::size_t to = (std::size_t{y} * static_cast<std::size_t>(room_.width) + x) * wanted + channel;
+    for (std::uint32_t i = 0; i < count; ++i, to += wanted, from += stride)
+      for (std::size_t c = 0; c < each; ++c) put(to + c, from + c * layout_.sample_bytes());
+  }
+
+ private:
+  void put(std::size_t at, const std::byte* from) const {
+    if (layout_.bits == 8) {
+      const auto value = static_cast<std::uint8_t>(*from);
+      if (room_.reals)
+        reals()[at] = static_cast<float>(value) / 255;
+      else
+        bytes()[at] = value;
+    } else if (layout_.bits == 16) {
+      std::uint16_t value = 0;
+      std::memcpy(&value, from, sizeof value);
+      if (room_.reals)
+        reals()[at] = static_cast<float>(value) / 65535;
+      else
+        bytes()[at] = static_cast<std::uint8_t>((value + 128u) / 257u);  // to the nearest
+    } else {
+      float value = 0;
+      std::memcpy(&value, from, sizeof value);
+      if (room_.reals)
+        reals()[at] = value;
+      else
+        bytes()[at] =
+            std::isnan(value) ? std::uint8_t{0} : static_cast<std::uint8_t>(std::clamp(value, 0.0f, 1.0f) * 255 + 0.5f);
+    }
+  }
+  std::uint8_t* bytes() const { return static_cast<std::uint8_t*>(room_.samples); }
+  float* reals() const { return static_cast<float*>(room_.samples); }
+
+  const Layout& layout_;
+  const SampleRoom& room_;
+};
+
+/// True if the file's bytes of a strip are what the room holds.
+bool fits_as_it_is(const Layout& l, const SampleRoom& room) {
+  return !room.reals && l.bits == 8 && (l.planes == PLANARCONFIG_CONTIG || l.channels == 1) &&
+         room.channels == l.channels;
+}
+
+bool read_strips(TIFF& tiff, const Layout& l, const SampleRoom& room) {
+  std::uint32_t rows = 0;
+  TIFFGetFieldDefaulted(&tiff, TIFFTAG_ROWSPERSTRIP, &rows);
+  rows = std::clamp<std::uint32_t>(rows, 1, l.height);
+  const bool apart = l.planes == PLANARCONFIG_SEPARATE;
+  const std::size_t together = apart ? 1 : l.channels, stride = together * l.sample_bytes(),
+                    row_bytes = stride * l.width;
+  const Store store(l, room);
+  std::vector<std::byte> strip(fits_as_it_is(l, room) ? 0 : row_bytes * rows);
+  for (std::size_t plane = 0; plane < (apart ? std::size_t{l.channels} : 1); ++plane) {
+    if (plane >= static_cast<std::size_t>(room.channels)) break;
+    for (std::uint32_t y = 0; y < l.height; y += rows) {
+      const std::uint32_t count = std::min(rows, l.height - y);
+      const std::uint32_t number = TIFFComputeStrip(&tiff, y, static_cast<std::uint16_t>(plane));
+      const std::size_t bytes = row_bytes * count;
+      void* to = strip.empty() ? static_cast<std::byte*>(room.samples) + row_bytes * y : strip.data();
+      if (TIFFReadEncodedStrip(&tiff, number, to, static_cast<tmsize_t>(bytes)) != static_cast<tmsize_t>(bytes))
+        return false;
+      for (std::uint32_t i = 0; i < count && !strip.empty(); ++i)
+        store.row(0, y + i, l.width, strip.data() + row_bytes * i, stride, plane, together);
+    }
+  }
+  return true;
+}
+
+bool read_tiles(TIFF& tiff, const Layout& l, const SampleRoom& room) {
+  std::uint32_t width = 0, height = 0;
+  TIFFGetField(&tiff, TIFFTAG_TILEWIDTH, &width);
+  TIFFGetField(&tiff, TIFFTAG_TILELENGTH, &height);
+  const bool apart = l.planes == PLANARCONFIG_SEPARATE;
+  const std::size_t together = apart ? 1 : l.channels, stride = together * l.sample_bytes(), row_bytes = stride * width;
+  // A tile may reach beyond the picture; one much larger than it is no picture's.
+  constexpr std::size_t kMostBytes = std::size_t{1} << 31;
+  if (width == 0 || height == 0 || row_bytes > kMostBytes / height) return false;
+  const Store store(l, room);
+  std::vector<std::byte> tile(row_bytes * height);
+  for (std::size_t plane = 0; plane < (apart ? std::size_t{l.channels} : 1); ++plane) {
+    if (plane >= static_cast<std::size_t>(room.channels)) break;
+    for (std::uint32_t y = 0; y < l.height; y += height)
+      for (std::uint32_t x = 0; x < l.width; x += width) {
+        const std::uint32_t number = TIFFComputeTile(&tiff, x, y, 0, static_cast<std::uint16_t>(plane));
+        if (TIFFReadEncodedTile(&tiff, number, tile.data(), static_cast<tmsize_t>(tile.size())) !=
+            static_cast<tmsize_t>(tile.size()))
+          return false;
+        for (std::uint32_t i = 0; i < std::min(height, l.height - y); ++i)
+          store.row(x, y + i, std::min(width, l.width - x), tile.data() + row_bytes * i, stride, plane, together);
+      }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
+  if (!is_named_tiff(image)) return false;
+  Source source(image.view);
+  const Tiff tiff = open(source);
+  if (!tiff) return false;
+  const Layout l = layout_of(*tiff);
+  if (!is_ours(*tiff, l)) return false;
+  header.format = "tiff";
+  header.width = static_cast<int>(std::min<std::uint32_t>(l.width, std::numeric_limits<int>::max()));
+  header.height = static_cast<int>(std::min<std::uint32_t>(l.height, std::numeric_limits<int>::max()));
+  header.channels = l.channels;
+  header.bits = l.format == SAMPLEFORMAT_IEEEFP ? 0 : l.bits;
+  for (std::size_t i = l.extra.size(); i-- > 0;)
+    if (l.extra[i] == EXTRASAMPLE_ASSOCALPHA || l.extra[i] == EXTRASAMPLE_UNASSALPHA)
+      header.alpha_channel = l.colors() + static_cast<int>(i);
+  std::uint32_t count = 0;
+  const std::uint8_t* profile = nullptr;
+  if (TIFFGetField(tiff.get(), TIFFTAG_ICCPROFILE, &count, &profile) != 0)
+    header.profile.assign(profile, profile + count);
+  read_exif(*tiff, header);
+  return true;
+}
+
+bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong) {
+  if (!is_named_tiff(image)) return false;
+  Source source(image.view);
+  const Tiff tiff = open(source);
+  if (!tiff) return false;
+  const Layout l = layout_of(*tiff);
+  if (!is_ours(*tiff, l)) return false;
+  if (l.width != static_cast<std::uint32_t>(room.width) || l.height != static_cast<std::uint32_t>(room.height) ||
+      l.channels < room.channels) {
+    wrong = "it changes while it is read";
+    return true;
+  }
+  if (is_jpeg_in_ycbcr(l)) TIFFSetField(tiff.get(), TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+  const bool whole = l.is_tiled ? read_tiles(*tiff, l, room) : read_strips(*tiff, l, room);
+  if (!whole || !source.complaint().empty())
+    wrong = source.complaint().empty() ? "it ends too early" : source.complaint();
+  return true;
+}
+
+}  // namespace gpvc::io
