@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# install_packages.sh [build|test|clang]: installs the Debian packages of packages.txt that are missing, and nothing else.
+# install_packages.sh [build|test|clang|bundle]: installs the Debian packages of packages.txt that are missing, and nothing else.
 # Quiet and quick when all are there.
 set -euo pipefail
 list=$(dirname "$0")/packages.txt
@@ -8,7 +8,8 @@ case $wanted in
   build) sections=build ;;
   test) sections='build|test' ;;
   clang) sections='build|clang' ;;
-  *) echo "install_packages.sh: expected build, test or clang, got '$wanted'" >&2; exit 2 ;;
+  bundle) sections='build|bundle' ;;
+  *) echo "install_packages.sh: expected build, test, clang or bundle, got '$wanted'" >&2; exit 2 ;;
 esac
 
 packages=$(awk -v sections="^($sections)\$" '

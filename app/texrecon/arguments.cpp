@@ -249,7 +249,10 @@ pipeline::Settings settings_of(const Arguments& a) {
   settings.allow_misfit = settings.allow_unseen = true;
   settings.keep_work = pipeline::KeepWork::never;
   settings.costs.outliers = a.outliers;
-  if (a.nadir) settings.costs.term = labeling::DataTerm::nadir;
+  if (a.nadir) {
+    settings.costs.term = labeling::DataTerm::nadir;
+    settings.costs.keep_odd_views = true;  // a mesh made from heights lets photos disagree whose poses are right
+  }
   if (!a.labels.empty()) {
     // No photo that was chosen before is refused now.
     settings.costs.outliers = labeling::Outliers::none;

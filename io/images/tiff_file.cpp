@@ -106,9 +106,10 @@ Layout layout_of(TIFF& tiff) {
   return l;
 }
 
-bool has_tag(TIFF& tiff, std::uint32_t tag) {
-  // libtiff knows no such tag, and makes an anonymous field of one that it finds.
-  return TIFFFindField(&tiff, tag, TIFF_ANY) != nullptr;
+/// A digital negative: its first picture is a small one, and the photo lies elsewhere in the file.
+bool is_dng(TIFF& tiff) {
+  const std::uint8_t* version = nullptr;
+  return TIFFGetField(&tiff, TIFFTAG_DNGVERSION, &version) != 0;
 }
 
 /// JPEG data in YCbCr come as RGB.
@@ -117,10 +118,9 @@ bool is_jpeg_in_ycbcr(const Layout& l) {
 }
 
 bool is_ours(TIFF& tiff, const Layout& l) {
-  constexpr std::uint32_t kDngVersion = 50706;
   const bool whole = l.format == SAMPLEFORMAT_UINT && (l.bits == 8 || l.bits == 16);
   const bool real = l.format == SAMPLEFORMAT_IEEEFP && l.bits == 32;
-  if (!(whole || real) || TIFFIsCODECConfigured(l.coding) == 0 || has_tag(tiff, kDngVersion)) return false;
+  if (!(whole || real) || TIFFIsCODECConfigured(l.coding) == 0 || is_dng(tiff)) return false;
   if (is_jpeg_in_ycbcr(l)) return true;
   if (l.photometric != PHOTOMETRIC_MINISBLACK && l.photometric != PHOTOMETRIC_RGB) return false;
   return l.channels == l.colors() + l.extra.size();  // else it is left open whether a sample is an alpha
