@@ -13,7 +13,7 @@ if [ ! -f "$build/build.ninja" ]; then
   echo "Configuring $build"
   cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON >/dev/null
 fi
-cmake --build "$build" --target gpvc
+cmake --build "$build" --target gpvc gpvc-texrecon
 gpvc=$build/app/gpvc
 
 if [ $# -gt 0 ]; then
