@@ -19,6 +19,7 @@
 #include "app/texrecon/model_files.h"
 #include "app/texrecon/report.h"
 #include "app/texrecon/view_numbers.h"
+#include "app/texrecon/view_selection.h"
 #include "io/images.h"
 #include "io/mesh.h"
 #include "io/output_file.h"

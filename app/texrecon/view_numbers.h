@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "app/texrecon/model_files.h"
 #include "io/scene.h"
 
 namespace gpvc::texrecon {
@@ -31,9 +30,5 @@ class ViewNumbers {
 std::vector<ViewId> read_labels(const std::filesystem::path& file, std::size_t faces, const ViewNumbers& numbers);
 /// Throws OutputError.
 void write_labels(const std::filesystem::path& file, std::span<const ViewId> labels, const ViewNumbers& numbers);
-
-/// PREFIX_view_selection.obj: the mesh with a colour for each view on the faces that show it. Throws OutputError.
-void write_view_selection(PrefixedFiles& files, const Mesh& mesh, std::span<const ViewId> labels,
-                          const ViewNumbers& numbers, std::span<const std::uint8_t> written);
 
 }  // namespace gpvc::texrecon

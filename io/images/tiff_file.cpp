@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdarg>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/files/frees.h"
@@ -70,8 +73,6 @@ Tiff open(Source& source) {
   const std::unique_ptr<TIFFOpenOptions, Frees<TIFFOpenOptionsFree>> options(TIFFOpenOptionsAlloc());
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), Source::note, &source);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), Source::ignore, &source);
-  // No coding of a strip needs more than its pixels several times.
-  TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), std::numeric_limits<tmsize_t>::max() / 4);
   return Tiff(TIFFClientOpenExt("photo", "r", &source, Source::read, Source::write, Source::seek, Source::close,
                                 Source::size, Source::map, Source::unmap, options.get()));
 }
@@ -129,6 +130,15 @@ bool is_ours(TIFF& tiff, const Layout& l) {
 bool is_named_tiff(const ImageBytes& image) {
   const std::string extension = lower_case(image.file.extension().string());
   return image.part.empty() && (extension == ".tif" || extension == ".tiff");
+}
+
+/// Null for a file that is left to others.
+Tiff open_ours(const ImageBytes& image, Source& source, Layout& layout) {
+  if (!is_named_tiff(image)) return nullptr;
+  Tiff tiff = open(source);
+  if (!tiff) return nullptr;
+  layout = layout_of(*tiff);
+  return is_ours(*tiff, layout) ? std::move(tiff) : nullptr;
 }
 
 double exif_number(TIFF& tiff, std::uint32_t tag) {
@@ -260,12 +270,10 @@ bool read_tiles(TIFF& tiff, const Layout& l, const SampleRoom& room) {
 }  // namespace
 
 bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
-  if (!is_named_tiff(image)) return false;
   Source source(image.view);
-  const Tiff tiff = open(source);
+  Layout l;
+  const Tiff tiff = open_ours(image, source, l);
   if (!tiff) return false;
-  const Layout l = layout_of(*tiff);
-  if (!is_ours(*tiff, l)) return false;
   header.format = "tiff";
   header.width = static_cast<int>(std::min<std::uint32_t>(l.width, std::numeric_limits<int>::max()));
   header.height = static_cast<int>(std::min<std::uint32_t>(l.height, std::numeric_limits<int>::max()));
@@ -283,12 +291,10 @@ bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
 }
 
 bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong) {
-  if (!is_named_tiff(image)) return false;
   Source source(image.view);
-  const Tiff tiff = open(source);
+  Layout l;
+  const Tiff tiff = open_ours(image, source, l);
   if (!tiff) return false;
-  const Layout l = layout_of(*tiff);
-  if (!is_ours(*tiff, l)) return false;
   if (l.width != static_cast<std::uint32_t>(room.width) || l.height != static_cast<std::uint32_t>(room.height) ||
       l.channels < room.channels) {
     wrong = "it changes while it is read";
