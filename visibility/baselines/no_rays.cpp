@@ -10,9 +10,7 @@ namespace {
 [[noreturn]] void refuse() { throw std::logic_error("this program traces no rays"); }
 }  // namespace
 
-struct RayMesh::Scene {};
 RayMesh::RayMesh(const Mesh&) { refuse(); }
-RayMesh::~RayMesh() = default;
 std::size_t RayMesh::first_depths(const PreparedView&, const Pose&, std::vector<float>&) const { refuse(); }
 RayMesh::Target RayMesh::target(const WorldPoint&, const Pose&) const { refuse(); }
 void RayMesh::trace(const Pose&, double, std::span<Target>) const { refuse(); }

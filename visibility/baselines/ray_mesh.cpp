@@ -74,7 +74,7 @@ struct RayMesh::Scene {
   }
 };
 
-RayMesh::RayMesh(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
+RayMesh::RayMesh(const Mesh& mesh) : scene_(std::make_shared<Scene>()) {
   const auto start = Clock::now();
   const Box box = box_around(mesh);
   origin_ = {0.5 * (box.low.x + box.high.x), 0.5 * (box.low.y + box.high.y), 0.5 * (box.low.z + box.high.z)};
@@ -102,8 +102,6 @@ RayMesh::RayMesh(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
   scene_->check();
   build_s_ = seconds_since(start);
 }
-
-RayMesh::~RayMesh() = default;
 
 std::array<float, 3> RayMesh::relative(const WorldPoint& p) const {
   return {static_cast<float>(p.x - origin_.x), static_cast<float>(p.y - origin_.y),

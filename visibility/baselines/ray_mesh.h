@@ -17,7 +17,6 @@ class RayMesh {
  public:
   /// Borrows the mesh; builds the hierarchy with all TBB threads. Throws Error with Embree's reason.
   explicit RayMesh(const Mesh& mesh);
-  ~RayMesh();
   double build_s() const { return build_s_; }
 
   /// The depth z of the first intersection on the ray through every pixel centre of the frame that shows something of
@@ -39,7 +38,8 @@ class RayMesh {
   struct Scene;
   std::array<float, 3> relative(const WorldPoint& p) const;
 
-  std::unique_ptr<Scene> scene_;
+  std::shared_ptr<Scene>
+      scene_;  ///< shared, as its type is complete in one source alone; copies trace the same hierarchy
   WorldPoint origin_;
   double build_s_ = 0;
 };
