@@ -46,10 +46,15 @@ struct SystemName {
   std::optional<std::string> heights{};
   /// "EPSG:32632", also of a system that a WKT or a PROJ string describes; empty where PROJ knows none that is the same.
   std::string code{};
+  bool is_geocentric = false;  ///< x, y and z from the middle of the earth: none of them is a height
 };
 
 /// What PROJ calls a system. Empty for text that it does not know as one.
 SystemName system_name(const std::string& system);
+
+/// A system's definition in one line of WKT (ISO 19162:2019), as other programs read it. Throws Error for text that PROJ does not
+/// know as a system.
+std::string system_wkt(const std::string& system);
 
 /// The UTM zone of a geocentric point, as EPSG:326NN or EPSG:327NN. Throws Error.
 std::string utm_zone(const WorldPoint& geocentric);

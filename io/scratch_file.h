@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 
 #include "error.h"
 
@@ -20,9 +22,14 @@ class ScratchFile {
   void write(std::size_t place, const void* data, std::size_t bytes);
   /// Reads what was written at `place`.
   void read(std::size_t place, void* data, std::size_t bytes) const;
+  /// The first bytes of the file in the place where they are read, which the system fetches and drops as it needs memory. To be called
+  /// once, when they are written.
+  std::span<const std::uint8_t> map(std::size_t bytes);
 
  private:
   std::filesystem::path folder_;
+  void* mapping_ = nullptr;
+  std::size_t mapped_bytes_ = 0;
   int descriptor_ = -1;
 };
 

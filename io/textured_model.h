@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -117,10 +118,14 @@ struct LoadedModel {
 /// Throws InputError.
 WorldPoint read_offset(const std::filesystem::path& model);
 
+/// Called with each page, by its number, in ascending order.
+using TakePage = std::function<void(std::size_t number, Image page)>;
+
 /// OBJ + MTL (map_Kd, of any writer), PLY with comments TextureFile (MeshLab, OpenMVS), GLB or glTF (triangles with a
 /// baseColorTexture, placed by the nodes of the scene as by read_mesh(); of a model of ours, which the offset in its root's
 /// extras tells, the root's rotation is not applied: it only says which way is up). Faces without a texture get kNoPage.
-/// Vertices without a place are settled as by read_mesh(). Throws InputError.
-LoadedModel read_textured_model(const std::filesystem::path& file);
+/// Vertices without a place are settled as by read_mesh(). `take_page`: takes each page as soon as it is read,
+/// and LoadedModel::pages stays empty. Throws InputError.
+LoadedModel read_textured_model(const std::filesystem::path& file, const TakePage& take_page = {});
 
 }  // namespace gpvc::io

@@ -19,9 +19,11 @@ if(BUILD_SHARED_LIBS)
   target_link_options(gpvc_all PRIVATE LINKER:--version-script=${symbols})
   set_target_properties(gpvc_all PROPERTIES OUTPUT_NAME gpvc LINKER_LANGUAGE CXX VERSION ${PROJECT_VERSION}
     SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} LINK_DEPENDS ${symbols} INSTALL_RPATH "$ORIGIN/gpvc")
-  if(TARGET gpvc_formats_module)  # not where another project builds gpvc along: it is linked in
-    install(TARGETS gpvc_formats_module LIBRARY DESTINATION ${GPVC_MODULE_DIR} COMPONENT library)
-  endif()
+  foreach(module gpvc_formats_module gpvc_rasters_module)
+    if(TARGET ${module})  # not where another project builds gpvc along: it is linked in
+      install(TARGETS ${module} LIBRARY DESTINATION ${GPVC_MODULE_DIR} COMPONENT library)
+    endif()
+  endforeach()
   target_compile_features(gpvc_all PUBLIC cxx_std_20)
   target_include_directories(gpvc_all INTERFACE
     $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

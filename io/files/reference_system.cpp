@@ -230,6 +230,7 @@ SystemName system_name(const std::string& system) {
   // A height is measured in a system of its own; the first of the two is that of the ground.
   if (is_compound) object = Object(proj_crs_get_sub_crs(context.get(), object.get(), 0));
   object = without_zero_shift(context.get(), std::move(object));
+  found.is_geocentric = proj_get_type(object.get()) == PJ_TYPE_GEOCENTRIC_CRS;
   const Object axes(proj_crs_get_coordinate_system(context.get(), object.get()));
   const char* unit = nullptr;
   if (axes &&
@@ -239,6 +240,16 @@ SystemName system_name(const std::string& system) {
     found.unit = unit;
   if (axes && !is_compound && proj_cs_get_axis_count(context.get(), axes.get()) == 3) found.heights = "";
   return found;
+}
+
+std::string system_wkt(const std::string& system) {
+  const Context context(proj_context_create());
+  proj_log_level(context.get(), PJ_LOG_NONE);
+  const Object object = system_from(context.get(), system, false);
+  const char* const options[] = {"MULTILINE=NO", nullptr};
+  const char* wkt = proj_as_wkt(context.get(), object.get(), PJ_WKT2_2019, options);
+  if (wkt == nullptr) throw Error(short_name(system) + " has no definition as WKT");
+  return wkt;
 }
 
 std::string utm_zone(const WorldPoint& geocentric) {

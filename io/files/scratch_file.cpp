@@ -2,6 +2,7 @@
 #include "io/scratch_file.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -36,7 +37,10 @@ ScratchFile::ScratchFile(std::filesystem::path folder)
   if (descriptor_ < 0) fail(folder_, "made");
 }
 
-ScratchFile::~ScratchFile() { ::close(descriptor_); }
+ScratchFile::~ScratchFile() {
+  if (mapping_ != nullptr) ::munmap(mapping_, mapped_bytes_);
+  ::close(descriptor_);
+}
 
 void ScratchFile::write(std::size_t place, const void* data, std::size_t bytes) {
   const char* from = static_cast<const char*>(data);
@@ -61,6 +65,15 @@ void ScratchFile::read(std::size_t place, void* data, std::size_t bytes) const {
     place += static_cast<std::size_t>(done);
     bytes -= static_cast<std::size_t>(done);
   }
+}
+
+std::span<const std::uint8_t> ScratchFile::map(std::size_t bytes) {
+  if (bytes == 0) return {};
+  void* mapping = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, descriptor_, 0);
+  if (mapping == MAP_FAILED) fail(folder_, "read");
+  mapping_ = mapping;
+  mapped_bytes_ = bytes;
+  return {static_cast<const std::uint8_t*>(mapping), bytes};
 }
 
 }  // namespace gpvc::io

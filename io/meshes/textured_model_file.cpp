@@ -25,26 +25,27 @@ namespace {
 /// last name beside the model.
 class PageList {
  public:
-  explicit PageList(const fs::path& model) : model_(model) {}
+  PageList(const fs::path& model, const TakePage& take_page) : model_(model), take_page_(take_page) {}
   std::uint32_t page(const std::string& name) {
     const fs::path folder = model_.parent_path(), path = with_slashes(name);
     std::error_code error;
     const fs::path file = fs::exists(folder / path, error) ? folder / path : folder / path.filename();
-    const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(images_.size()));
+    const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(pages_.size()));
     if (!fresh) return place->second;
+    Image image;
     try {
-      images_.push_back(read_image(file));
+      image = read_image(file);
     } catch (const InputError& found) {
       throw InputError(model_, "texture", reason_of(model_, found.what()));
     }
+    take_page_(place->second, std::move(image));
     return place->second;
   }
-  std::vector<Image> take() { return std::move(images_); }
 
  private:
   fs::path model_;
+  const TakePage& take_page_;
   std::map<fs::path, std::uint32_t> pages_;
-  std::vector<Image> images_;
 };
 
 struct Material {
@@ -122,14 +123,14 @@ void clamp_face(const fs::path& file, std::size_t face, TexturedModel& model) {
   }
 }
 
-LoadedModel read_textured_obj(const fs::path& file) {
+LoadedModel read_textured_obj(const fs::path& file, const TakePage& take_page) {
   const FileBytes bytes(file);
   LoadedModel result;
   ObjTexture texture;
   result.mesh = read_obj(file, without_byte_order_mark(bytes.view()), &texture);
   refuse_faceless(file, result.mesh);
   recut_concave(result.mesh, texture.corners);
-  PageList pages(file);
+  PageList pages(file, take_page);
   std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
   std::vector<bool> clamped(texture.materials.size(), false);
   std::vector<Material> materials;
@@ -164,19 +165,18 @@ LoadedModel read_textured_obj(const fs::path& file) {
     result.model.face_page.push_back(known ? page_of_material[texture.material[f]] : kNoPage);
     if (known && clamped[texture.material[f]]) clamp_face(file, f, result.model);
   }
-  result.pages = pages.take();
   result.offset = read_offset(file);
   return result;
 }
 
-LoadedModel read_textured_ply(const fs::path& file) {
+LoadedModel read_textured_ply(const fs::path& file, const TakePage& take_page) {
   const FileBytes bytes(file);
   const std::string_view text = without_byte_order_mark(bytes.view());
   if (!text.starts_with("ply")) throw InputError(file, "line 1", "expected 'ply'");
   LoadedModel result;
   PlyTexture texture;
   result.mesh = read_ply(file, text, &texture);
-  PageList pages(file);
+  PageList pages(file, take_page);
   std::vector<std::uint32_t> page_of_file;
   for (const std::string& name : texture.files) page_of_file.push_back(pages.page(name));
   texture.corners.resize(result.mesh.faces.size(), {});  // strips have none
@@ -190,7 +190,6 @@ LoadedModel read_textured_ply(const fs::path& file) {
       result.model.texcoords.push_back(textured ? TexCoord{corner.u, 1 - corner.v} : TexCoord{});
     result.model.face_page.push_back(textured ? page_of_file[static_cast<std::size_t>(texture.page[f])] : kNoPage);
   }
-  result.pages = pages.take();
   return result;
 }
 
@@ -268,30 +267,31 @@ std::string_view bytes_of(const fs::path& file, const tinygltf::Model& model, co
 }
 
 /// Decodes only the images that faces show; face_page becomes their index among the pages.
-void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& result) {
+void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& result, const TakePage& take_page) {
   std::vector<std::uint32_t> page_of_image(model.images.size(), kNoPage);
+  std::uint32_t count = 0;
   for (std::uint32_t& page : result.model.face_page) {
     if (page == kNoPage) continue;
     std::uint32_t& known = page_of_image[page];
     if (known == kNoPage) {
-      known = static_cast<std::uint32_t>(result.pages.size());
+      known = count++;
       const tinygltf::Image& image = model.images[page];
       std::string part = "image " + std::to_string(page);
       if (const std::string& name = image.name.empty() ? image.uri : image.name; !name.empty())
         part += " (" + reason_of(file, name) + ")";
-      result.pages.push_back(decode_image(file, part, bytes_of(file, model, image, part)));
+      take_page(known, decode_image(file, part, bytes_of(file, model, image, part)));
     }
     page = known;
   }
 }
 
-LoadedModel read_textured_gltf(const fs::path& file) {
+LoadedModel read_textured_gltf(const fs::path& file, const TakePage& take_page) {
   const tinygltf::Model model = parse_gltf(file);
   LoadedModel result;
   for_each_primitive(file, model, GltfOffset::left, [&](const tinygltf::Primitive& primitive, const GltfMatrix& world) {
     append_primitive(file, model, primitive, world, result);
   });
-  add_pages(file, model, result);
+  add_pages(file, model, result, take_page);
   for (const tinygltf::Node& node : model.nodes)
     if (const std::optional<WorldPoint> offset = offset_of(node)) result.offset = *offset;
   return result;
@@ -326,13 +326,19 @@ bool reaches_beyond_page(const TexturedModel& model, std::size_t face) {
   });
 }
 
-LoadedModel read_textured_model(const fs::path& file) {
+LoadedModel read_textured_model(const fs::path& file, const TakePage& take_page) {
   const std::string extension = lower_case(file.extension().string());
   const bool gltf = extension == ".glb" || extension == ".gltf";
   const bool ply = extension == ".ply";
   if (!gltf && !ply && extension != ".obj")
     throw InputError(file, "", "expected a textured model, .obj, .glb, .gltf or .ply");
-  LoadedModel loaded = gltf ? read_textured_gltf(file) : ply ? read_textured_ply(file) : read_textured_obj(file);
+  std::vector<Image> pages;
+  const TakePage keep = [&pages](std::size_t, Image page) { pages.push_back(std::move(page)); };  // by number
+  const TakePage& take = take_page ? take_page : keep;
+  LoadedModel loaded = gltf  ? read_textured_gltf(file, take)
+                       : ply ? read_textured_ply(file, take)
+                             : read_textured_obj(file, take);
+  loaded.pages = std::move(pages);
   check_numbers(file, loaded);
   return loaded;
 }
