@@ -116,13 +116,18 @@ Command command(CLI::App& parent, CLI::App* (*add)(CLI::App&, Options&), void (*
 
 // Adds every command, in the order of the help.
 std::vector<Command> add_commands(CLI::App& app) {
-  std::vector<Command> commands{
-      command(app, add_texture, run_texture),   command(app, add_tileset, run_tileset),
-      command(app, add_tiles, run_tiles),       command(app, add_unit, run_unit),
-      command(app, add_plan, run_plan),         command(app, add_visibility_command, run_visibility),
-      command(app, add_evaluate, run_evaluate), command(app, add_compare, run_compare),
-      command(app, add_label, run_label),       command(app, add_inspect, run_inspect),
-      command(app, add_convert, run_convert)};
+  std::vector<Command> commands{command(app, add_texture, run_texture),
+                                command(app, add_tileset, run_tileset),
+                                command(app, add_ortho, run_ortho),
+                                command(app, add_tiles, run_tiles),
+                                command(app, add_unit, run_unit),
+                                command(app, add_plan, run_plan),
+                                command(app, add_visibility_command, run_visibility),
+                                command(app, add_evaluate, run_evaluate),
+                                command(app, add_compare, run_compare),
+                                command(app, add_label, run_label),
+                                command(app, add_inspect, run_inspect),
+                                command(app, add_convert, run_convert)};
   CLI::App* synth = app.add_subcommand("synth", "make a synthetic scene of known truth");
   synth->require_subcommand(1);
   synth->set_help_flag("-h,--help", "Print this help and end")->group(kCommonGroup);

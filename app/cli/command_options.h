@@ -14,6 +14,7 @@ inline constexpr const char* kExitStatus =
 
 CLI::App* add_texture(CLI::App& parent, TextureOptions& options);
 CLI::App* add_tileset(CLI::App& parent, TilesetOptions& options);
+CLI::App* add_ortho(CLI::App& parent, OrthoCommandOptions& options);
 CLI::App* add_tiles(CLI::App& parent, TilesOptions& options);
 CLI::App* add_unit(CLI::App& parent, UnitOptions& options);
 CLI::App* add_plan(CLI::App& parent, PlanOptions& options);

@@ -9,6 +9,7 @@
 
 #include "app/cli/console.h"
 #include "app/compare/compare_settings.h"
+#include "app/ortho/ortho_settings.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
 #include "app/synth/city.h"
@@ -76,6 +77,15 @@ struct TilesetOptions : CommandOptions {
   std::filesystem::path allow;
   pipeline::Settings settings;
   tileset::TilesetSettings tiles;
+};
+
+struct OrthoCommandOptions : CommandOptions {
+  SceneInput input;  ///< empty scene and mesh: all is taken from `from`
+  std::filesystem::path allow;
+  std::filesystem::path from;  ///< a textured model, or the folder of a result; empty: the scene is textured
+  pipeline::Settings settings;
+  ortho::OrthoSettings ortho;
+  OrthoCommandOptions() { settings.atlas.unseen = atlas::UnseenFaces::drop; }
 };
 
 struct TilesOptions : CommandOptions {
@@ -187,6 +197,7 @@ class UsageError : public std::runtime_error {
 // The commands. They throw; run_command_line() turns exceptions into exit codes.
 void run_texture(const TextureOptions& options, Console& console);
 void run_tileset(const TilesetOptions& options, Console& console);
+void run_ortho(const OrthoCommandOptions& options, Console& console);
 void run_tiles(const TilesOptions& options, Console& console);
 void run_unit(const UnitOptions& options, Console& console);
 void run_plan(const PlanOptions& options, Console& console);

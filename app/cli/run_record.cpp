@@ -34,6 +34,12 @@ void write_run_json(const std::string& command, const CommonOptions& common, con
 
 }  // namespace
 
+void note_kept_work(const CommandOptions& options, const pipeline::Settings& settings, Console& console) {
+  if (settings.keep_work == pipeline::KeepWork::never) return;
+  const std::string folder = (options.out / ".work").string();
+  console.note_kept(folder, fmt::format("work is kept in {}, and the same command goes on from there", folder));
+}
+
 void RunRecord::begin(const results::StageInfo& stage) {
   check_cancelled();
   RunLog::begin(stage);

@@ -42,6 +42,9 @@ class RunRecord final : public evaluate::RunLog {
   std::optional<FirstReport> first_;
 };
 
+/// Has the console say what is kept of a run that is interrupted.
+void note_kept_work(const CommandOptions& options, const pipeline::Settings& settings, Console& console);
+
 /// What a command gives beside its files.
 struct RunFacts {
   Json options = Json::object();  ///< for run.json, as the device

@@ -25,6 +25,7 @@ using pipeline::IsNamed;
 using pipeline::names_of;
 
 using Color = std::array<std::uint8_t, 3>;
+using ortho::Bounds;
 using tileset::Place;
 
 std::optional<Place> place_from(const std::string& option, const std::string& given) {
@@ -39,6 +40,20 @@ std::optional<Place> place_from(const std::string& option, const std::string& gi
     throw CLI::ValidationError(
         option, fmt::format("'{}' is not LAT,LON,HEIGHT or LAT,LON,HEIGHT,HEADING in degrees and metres", given));
   return place;
+}
+
+std::optional<Bounds> bounds_from(const std::string& option, const std::string& given) {
+  Bounds b;
+  char rest = 0;
+  const int read = std::sscanf(given.c_str(), "%lf,%lf,%lf,%lf%c", &b.west, &b.south, &b.east, &b.north, &rest);
+  const bool is_box = read == 4 && b.west < b.east && b.south < b.north && std::abs(b.west) < 1e12 &&
+                      std::abs(b.south) < 1e12 && std::abs(b.east) < 1e12 && std::abs(b.north) < 1e12;
+  if (!is_box)
+    throw CLI::ValidationError(
+        option,
+        fmt::format("'{}' is not WEST,SOUTH,EAST,NORTH, four numbers with west below east and south below north",
+                    given));
+  return b;
 }
 
 // --- options
@@ -65,7 +80,13 @@ struct Adder {
         ->group(info.group);
   }
   void operator()(std::string& text, const OptionInfo& info) const {
-    OptionGroup{app, info.group}.add(flag(info), text, "TEXT", info.help)->check(not_empty());
+    const char* kind = *info.kind == '\0' ? "TEXT" : info.kind;
+    OptionGroup{app, info.group}.add(flag(info), text, kind, info.help)->check(not_empty());
+  }
+  void operator()(std::optional<Bounds>& bounds, const OptionInfo& info) const {
+    OptionGroup{app, info.group}.parsed(
+        flag(info), [&bounds, name = flag(info)](const std::string& given) { bounds = bounds_from(name, given); },
+        "W,S,E,N", "", info.help);
   }
   void operator()(std::optional<Place>& place, const OptionInfo& info) const {
     OptionGroup{app, info.group}.parsed(
@@ -110,6 +131,9 @@ void put_json(Json&, const std::vector<pipeline::ViewRule>&, const OptionInfo&) 
 void put_json(Json& json, const std::optional<Place>& place, const OptionInfo& info) {
   json[info.name] = place ? Json{place->latitude, place->longitude, place->height, place->heading} : Json();
 }
+void put_json(Json& json, const std::optional<Bounds>& b, const OptionInfo& info) {
+  json[info.name] = b ? Json{b->west, b->south, b->east, b->north} : Json();
+}
 template <typename Value>
 void put_json(Json& json, const Value& value, const OptionInfo& info) {
   std::string name = info.name;
@@ -148,6 +172,7 @@ void add_settings(CLI::App& app, tiles::JobSettings& settings, const OptionFilte
   add_all(app, settings, wanted);
 }
 void add_settings(CLI::App& app, tileset::TilesetSettings& settings) { add_all(app, settings, any_option); }
+void add_settings(CLI::App& app, ortho::OrthoSettings& settings) { add_all(app, settings, any_option); }
 void add_settings(CLI::App& app, visibility::VisibilityOptions& settings) { add_all(app, settings, any_option); }
 
 OptionFilter options_for(pipeline::For result) {
@@ -157,6 +182,7 @@ OptionFilter options_for(pipeline::For result) {
 Json settings_json(const pipeline::Settings& settings, const OptionFilter& wanted) { return json_of(settings, wanted); }
 Json settings_json(const tiles::JobSettings& settings, const OptionFilter& wanted) { return json_of(settings, wanted); }
 Json settings_json(const tileset::TilesetSettings& settings) { return json_of(settings, any_option); }
+Json settings_json(const ortho::OrthoSettings& settings) { return json_of(settings, any_option); }
 Json settings_json(const visibility::VisibilityOptions& settings) { return json_of(settings, any_option); }
 
 }  // namespace gpvc::cli

@@ -5,6 +5,7 @@
 
 #include "app/cli/option_parts.h"
 #include "app/evaluate/json.h"
+#include "app/ortho/ortho_options.h"
 #include "app/tiles/job_members.h"
 
 namespace gpvc::cli {
@@ -15,6 +16,7 @@ using OptionFilter = std::function<bool(const pipeline::OptionInfo&)>;
 void add_settings(CLI::App& app, pipeline::Settings& settings, const OptionFilter& wanted);
 void add_settings(CLI::App& app, tiles::JobSettings& settings, const OptionFilter& wanted);
 void add_settings(CLI::App& app, tileset::TilesetSettings& settings);
+void add_settings(CLI::App& app, ortho::OrthoSettings& settings);
 void add_settings(CLI::App& app, visibility::VisibilityOptions& settings);
 
 /// The filter of a kind of result: what is for it and for all kinds.
@@ -24,6 +26,7 @@ OptionFilter options_for(pipeline::For result);
 evaluate::Json settings_json(const pipeline::Settings& settings, const OptionFilter& wanted);
 evaluate::Json settings_json(const tiles::JobSettings& settings, const OptionFilter& wanted);
 evaluate::Json settings_json(const tileset::TilesetSettings& settings);
+evaluate::Json settings_json(const ortho::OrthoSettings& settings);
 evaluate::Json settings_json(const visibility::VisibilityOptions& settings);
 
 }  // namespace gpvc::cli

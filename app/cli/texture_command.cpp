@@ -65,13 +65,6 @@ std::string without_in_tiles(const TextureOptions& o) {
                      o.settings.output.normals && files ? " and " : "", files ? "model.gltf" : "");
 }
 
-// What an interrupted command leaves.
-void note_kept_work(const CommandOptions& options, const pipeline::Settings& settings, Console& console) {
-  if (settings.keep_work == pipeline::KeepWork::never) return;
-  const std::string folder = (options.out / ".work").string();
-  console.note_kept(folder, fmt::format("work is kept in {}, and the same command goes on from there", folder));
-}
-
 // The input of a command that textures, with its settings for this machine and this scene.
 struct TextureInput {
   SceneInputData scene;

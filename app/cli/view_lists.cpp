@@ -4,9 +4,12 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 
 #include "app/pipeline/rule_regions.h"
@@ -123,19 +126,39 @@ struct RegionReader {
   }
 };
 
-// Names of the views that `wanted` takes, of the views.json beside a model.
-std::vector<std::string> names_in_views_json(const std::filesystem::path& model,
-                                             const std::function<bool(const nlohmann::json&)>& wanted) {
-  std::vector<std::string> names;
+// Visits the views of the views.json beside a model that have a name.
+void for_each_view_in_json(const std::filesystem::path& model,
+                           const std::function<void(const nlohmann::json&)>& visit) {
   const std::filesystem::path file = model.parent_path() / "views.json";
   io::refuse_special_file(file);
   std::ifstream in(file);
   const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
-  if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) return names;
+  if (!json.is_object() || !json.contains("views") || !json["views"].is_array()) return;
   for (const nlohmann::json& view : json["views"])
-    if (view.is_object() && view.contains("name") && view["name"].is_string() && wanted(view))
-      names.push_back(view["name"].get<std::string>());
-  return names;
+    if (view.is_object() && view.contains("name") && view["name"].is_string()) visit(view);
+}
+
+bool has_mark(const nlohmann::json& view, const std::string& mark) { return view.contains(mark) && view[mark] == true; }
+
+// nullopt where the JSON is none.
+std::optional<Pose> pose_from(const nlohmann::json& view) {
+  const auto numbers = [](const nlohmann::json& list, double* to) {
+    if (!list.is_array() || list.size() != 3) return false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!list[i].is_number()) return false;
+      to[i] = list[i].get<double>();
+    }
+    return true;
+  };
+  Pose pose;
+  std::array<double, 3> centre{};
+  const auto rows = view.find("rotation"), place = view.find("centre");
+  if (rows == view.end() || place == view.end() || !rows->is_array() || rows->size() != 3) return std::nullopt;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!numbers((*rows)[i], &pose.rotation[3 * i])) return std::nullopt;
+  if (!numbers(*place, centre.data())) return std::nullopt;
+  pose.centre = {centre[0], centre[1], centre[2]};
+  return pose;
 }
 
 }  // namespace
@@ -209,12 +232,26 @@ std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, co
 }
 
 std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark) {
-  return names_in_views_json(model,
-                             [&](const nlohmann::json& view) { return view.contains(mark) && view[mark] == true; });
+  std::vector<std::string> names;
+  for_each_view_in_json(model, [&](const nlohmann::json& view) {
+    if (has_mark(view, mark)) names.push_back(view["name"].get<std::string>());
+  });
+  return names;
 }
 
 std::vector<std::string> listed_views(const std::filesystem::path& model) {
-  return names_in_views_json(model, [](const nlohmann::json&) { return true; });
+  std::vector<std::string> names;
+  for_each_view_in_json(model, [&](const nlohmann::json& view) { names.push_back(view["name"].get<std::string>()); });
+  return names;
+}
+
+std::vector<Pose> used_poses(const std::filesystem::path& model) {
+  std::vector<Pose> poses;
+  for_each_view_in_json(model, [&](const nlohmann::json& view) {
+    const std::optional<Pose> pose = has_mark(view, "used") ? pose_from(view) : std::nullopt;
+    if (pose) poses.push_back(*pose);
+  });
+  return poses;
 }
 
 }  // namespace gpvc::cli

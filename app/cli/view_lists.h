@@ -30,5 +30,7 @@ std::vector<pipeline::ViewRule> read_rules(const std::filesystem::path& file, co
 std::vector<std::string> marked_views(const std::filesystem::path& model, const std::string& mark);
 /// Names of all views of that file, in its order.
 std::vector<std::string> listed_views(const std::filesystem::path& model);
+/// The poses of the views that it marks as used; empty as above.
+std::vector<Pose> used_poses(const std::filesystem::path& model);
 
 }  // namespace gpvc::cli

@@ -117,6 +117,12 @@ Option<Value> number(Value& value, const char* name, Affects affects, const char
                      double most, const char* help) {
   return {value, {name, affects, For::all, group, kind, least, most, help}};
 }
+/// A text, whose kind the help names.
+template <typename Value>
+Option<Value> text(Value& value, const char* name, Affects affects, const char* group, const char* kind,
+                   const char* help) {
+  return {value, {name, affects, For::all, group, kind, 0, 0, help}};
+}
 template <typename Value>
 Option<Value> only(For result, Option<Value> option) {
   option.info.result = result;

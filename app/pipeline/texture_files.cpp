@@ -4,6 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <fstream>
+#include <sstream>
 
 #include "app/pipeline/misfit_picture.h"
 #include "app/pipeline/render_model.h"
@@ -11,6 +13,7 @@
 #include "io/images.h"
 #include "io/npy.h"
 #include "io/output_file.h"
+#include "io/paths.h"
 #include "io/reference_system.h"
 #include "io/vector.h"
 
@@ -84,6 +87,23 @@ bool has_offset(const io::ModelOptions& model) {
 
 void write_offset(const io::ModelOptions& model, const std::filesystem::path& file) {
   io::write_file(file, offset_text(model));
+}
+
+void read_reference_system(const std::filesystem::path& model_file, io::ModelOptions& model) {
+  const fs::path file = model_file.parent_path() / kOffsetFile;
+  io::refuse_special_file(file);
+  std::ifstream in(file);
+  std::size_t number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    WorldPoint& p = model.srs_offset;
+    if (word == "srs_offset" && !(words >> p.x >> p.y >> p.z))
+      throw InputError(file, fmt::format("line {}", number), "expected three numbers, x y z");
+    if (word == "srs") std::getline(words >> std::ws, model.srs);
+  }
 }
 
 void write_metadata(const io::ModelOptions& model, const std::filesystem::path& file) {

@@ -32,6 +32,10 @@ bool has_offset(const io::ModelOptions& model);
 /// Throws OutputError.
 void write_offset(const io::ModelOptions& model, const std::filesystem::path& file);
 
+/// The reference system that offset.txt beside a model states, with its offset, into `model`; none where there is no such file. The
+/// model's own offset is io::read_offset(). Throws InputError.
+void read_reference_system(const std::filesystem::path& model_file, io::ModelOptions& model);
+
 /// Beside an OBJ whose reference system is known: the same as ContextCapture states it, by which other programs place the OBJ.
 inline constexpr const char* kMetadataFile = "metadata.xml";
 /// Throws OutputError. \pre the model has a reference system

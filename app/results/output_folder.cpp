@@ -38,6 +38,7 @@ bool is_written_by(std::string_view command, const std::string& name) {
         "labels.npy", "tags.npy", "faces.npy", "source_faces.npy", "offset.txt", "metadata.xml", "edit-views.bin",
         "edit-model.bin", "edit-hashes.txt"}},
       {"tileset", {"tileset.json", "index.html", "preview.png", "views.json"}},
+      {"ortho", {"ortho.tif", "ortho_height.tif", "ortho_photo.tif", "ortho_photos.csv", "views.json"}},
       {"visibility", {"views.json", "oracle.json"}},
       {"compare", {"report.html", "report.md", "report.json"}},
       {"compare --summarize", {"summary.html", "summary.md", "summary.json"}},

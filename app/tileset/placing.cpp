@@ -52,13 +52,10 @@ Placement east_north_up(double latitude, double longitude, double height) {
            {std::cos(u) * std::cos(v), std::cos(u) * std::sin(v), std::sin(u)}}};
 }
 
-std::optional<Placement> place_of_enu(const std::string& system, const WorldPoint& at) {
-  double latitude = 0, longitude = 0;
-  const char* end = system.data() + system.size();
-  const auto [comma, bad] = std::from_chars(system.data() + kEnu.size(), end, latitude);
-  if (bad != std::errc{} || comma == end || *comma != ',') return std::nullopt;
-  if (std::from_chars(comma + 1, end, longitude).ec != std::errc{}) return std::nullopt;
-  Placement there = east_north_up(latitude, longitude, 0);
+std::optional<Placement> around_enu(const std::string& system, const WorldPoint& at) {
+  const auto place = place_of_enu(system);
+  if (!place) return std::nullopt;
+  Placement there = east_north_up((*place)[0], (*place)[1], 0);
   there.origin = there.origin + there.axes[0] * at.x + there.axes[1] * at.y + there.axes[2] * at.z;
   return there;
 }
@@ -80,7 +77,7 @@ Placement place_of(const std::string& system, const WorldPoint& at) {
 // Throws Error where PROJ does not know the system, lacks a grid for its heights, or the place is beyond it.
 std::optional<Placement> place_of_offset(const io::ModelOptions& options) {
   const WorldPoint at = options.offset + options.srs_offset;
-  return options.srs.starts_with(kEnu) ? place_of_enu(options.srs, at) : place_of(options.srs, at);
+  return options.srs.starts_with(kEnu) ? around_enu(options.srs, at) : place_of(options.srs, at);
 }
 
 Matrix matrix_of(const Placement& tile) {
@@ -130,6 +127,16 @@ std::string remark_on_heights(const io::ModelOptions& options) {
 }
 
 }  // namespace
+
+std::optional<std::array<double, 2>> place_of_enu(const std::string& system) {
+  if (!system.starts_with(kEnu)) return std::nullopt;
+  std::array<double, 2> place{};
+  const char* end = system.data() + system.size();
+  const auto [comma, bad] = std::from_chars(system.data() + kEnu.size(), end, place[0]);
+  if (bad != std::errc{} || comma == end || *comma != ',') return std::nullopt;
+  if (std::from_chars(comma + 1, end, place[1]).ec != std::errc{}) return std::nullopt;
+  return place;
+}
 
 TilePoint tile_from_world(const io::ModelOptions& options, const WorldPoint& p) {
   const std::array<TilePoint, 3> axes = world_axes(options.up);

@@ -19,6 +19,9 @@ struct TilePoint {
 /// The tile's coordinates of a position, as viewers place it. `options`: those that the tile's file is written with.
 TilePoint tile_from_world(const io::ModelOptions& options, const WorldPoint& p);
 
+/// The latitude and longitude, in degrees, of ENU:LATITUDE,LONGITUDE; nullopt for other systems.
+std::optional<std::array<double, 2>> place_of_enu(const std::string& system);
+
 /// Four columns, one after another.
 using Matrix = std::array<double, 16>;
 

@@ -1,0 +1,50 @@
+// Texture pages in a file that is mapped into memory, so that their number is no limit.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "app/pipeline/page_sink.h"
+#include "io/bilinear.h"
+#include "io/scratch_file.h"
+
+namespace gpvc::ortho {
+
+struct StoredPage {
+  int width = 0, height = 0;
+  const std::uint8_t* rgb = nullptr;
+
+  /// The colour at a position in texels, whose centres are at halves.
+  std::array<float, 3> at(double x, double y) const {
+    return bilinear_of<float>(width, height, x, y,
+                              [&](int column, int row) { return rgb + 3 * pixel_index(column, row, width); });
+  }
+};
+
+/// All pages are taken before any is looked at. They lie as they are in a file without a name: 3 bytes a texel. Functions throw
+/// OutputError.
+class PageStore final : public pipeline::PageSink {
+ public:
+  explicit PageStore(const std::filesystem::path& folder) : file_(folder) {}
+  void begin(const atlas::AtlasEstimate&) override {}
+  void take_page(std::size_t number, Image page) override;
+  /// To be called once all are taken.
+  void complete();
+  std::size_t size() const { return pages_.size(); }
+  /// rgb is null before complete().
+  const StoredPage& operator[](std::size_t number) const { return pages_[number]; }
+
+ private:
+  io::ScratchFile file_;
+  std::mutex mutex_;
+  std::vector<StoredPage> pages_;
+  std::vector<std::size_t> place_;  ///< per page, in the file
+  std::size_t end_ = 0;
+};
+
+}  // namespace gpvc::ortho
