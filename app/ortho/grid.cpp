@@ -13,7 +13,7 @@
 namespace gpvc::ortho {
 namespace {
 
-constexpr int kLeastSamples = 3, kMostSamples = 63;
+constexpr int kLeastSamples = 5, kMostSamples = 63;
 constexpr double kMostPixels = 1e7;  // along an edge
 
 // Edges of texels on the ground, and how much of it has them.

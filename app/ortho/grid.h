@@ -16,9 +16,13 @@ struct Grid {
   double spacing() const { return gsd / samples; }
 };
 
+/// What pixels without a height have.
+inline constexpr float kNoHeight = -9999;
+
 /// The pixels that show what of a surface is textured, or those of the bounds. There are as many samples as nine tenths of the ground
-/// have texels, three at least, so that a pixel is a mean over its area. \pre the surface's positions are the orthophoto's. Throws
-/// InputError where the bounds lie beside the surface, and for more pixels than a raster can have. O(faces).
+/// have texels, five at least along an edge, so that a pixel is a mean over its area and outlines lie within a tenth of a pixel. \pre
+/// the surface's positions are the orthophoto's. Throws InputError where the bounds lie beside the surface, and for more pixels than
+/// a raster can have. O(faces).
 Grid grid_of(const Surface& surface, const PageStore& pages, const OrthoSettings& settings);
 
 }  // namespace gpvc::ortho

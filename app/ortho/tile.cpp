@@ -92,6 +92,42 @@ class Weights {
   std::array<double, 2> origin_{}, b_{}, c_{};
 };
 
+// The textured face that is looked at.
+class ShownFace {
+ public:
+  explicit ShownFace(const Drawing& of) : of_(of), weights_(of.surface, of.grid, 0) {}
+
+  void take(std::uint32_t face) {
+    if (face == face_) return;
+    face_ = face;
+    weights_ = Weights(of_.surface, of_.grid, face);
+    page_ = of_.pages[of_.surface.model.face_page[face]];
+    repeats_ = io::reaches_beyond_page(of_.surface.model, face);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const io::TexCoord& at = of_.surface.model.texcoords[of_.surface.model.face_texcoords[face][i]];
+      u_[i] = double{at.u} * page_.width;
+      v_[i] = double{at.v} * page_.height;
+    }
+  }
+  std::array<float, 3> color_at(std::int64_t column, std::int64_t row) const {
+    const auto [a, b, c] = weights_.at(column, row);
+    double u = a * u_[0] + b * u_[1] + c * u_[2], v = a * v_[0] + b * v_[1] + c * v_[2];
+    if (repeats_) {
+      u = page_.width * repeated(u / page_.width);
+      v = page_.height * repeated(v / page_.height);
+    }
+    return page_.at(u, v);
+  }
+
+ private:
+  const Drawing& of_;
+  std::uint32_t face_ = kEmpty;
+  Weights weights_;
+  StoredPage page_;
+  bool repeats_ = false;
+  std::array<double, 3> u_{}, v_{};
+};
+
 }  // namespace
 
 void Rows::reset(int first_row, int rows, int row_width) {
@@ -162,38 +198,28 @@ void TileRenderer::draw_face(std::uint32_t face) {
 }
 
 void TileRenderer::add_colors() {
-  const auto& [surface, pages, grid, plan] = of_;
-  const int n = grid.samples;
-  pixels_.assign(pixel_index(0, box_.y1 - box_.y0, box_.x1 - box_.x0), {});
-  std::uint32_t last = kEmpty;
-  Weights weights(surface, grid, 0);
-  std::array<io::TexCoord, 3> corners;
-  const StoredPage* page = nullptr;
-  bool repeats = false;
+  const int n = of_.grid.samples, width = box_.x1 - box_.x0;
+  pixels_.assign(pixel_index(0, box_.y1 - box_.y0, width), {});
+  ShownFace shown(of_);
   for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < columns_; ++column) {
-      const std::uint32_t face = samples_[sample_index(column, row)].face;
-      if (face == kEmpty) continue;
-      Pixel& pixel = pixels_[pixel_index(column / n, row / n, box_.x1 - box_.x0)];
-      ++pixel.covered;
-      if (surface.kind[face] != FaceKind::textured) continue;
-      if (face != last) {
-        last = face;
-        weights = Weights(surface, grid, face);
-        page = &pages[surface.model.face_page[face]];
-        repeats = io::reaches_beyond_page(surface.model, face);
-        for (std::size_t i = 0; i < 3; ++i) corners[i] = surface.model.texcoords[surface.model.face_texcoords[face][i]];
+    const Sample* sample = samples_.data() + sample_index(0, row);
+    Pixel* pixel = pixels_.data() + pixel_index(0, row / n, width);
+    const std::int64_t y = std::int64_t{box_.y0} * n + row;
+    std::int64_t x = std::int64_t{box_.x0} * n;
+    for (int column = 0; column < width; ++column, ++pixel) {
+      Pixel sum{};
+      for (int i = 0; i < n; ++i, ++sample, ++x) {
+        if (sample->face == kEmpty) continue;
+        ++sum.covered;
+        if (of_.surface.kind[sample->face] != FaceKind::textured) continue;
+        ++sum.textured;
+        shown.take(sample->face);
+        const std::array<float, 3> color = shown.color_at(x, y);
+        for (std::size_t c = 0; c < 3; ++c) sum.color[c] += color[c];
       }
-      const auto [a, b, c] = weights.at(std::int64_t{box_.x0} * n + column, std::int64_t{box_.y0} * n + row);
-      double u = a * double{corners[0].u} + b * double{corners[1].u} + c * double{corners[2].u};
-      double v = a * double{corners[0].v} + b * double{corners[1].v} + c * double{corners[2].v};
-      if (repeats) {
-        u = repeated(u);
-        v = repeated(v);
-      }
-      const std::array<float, 3> color = page->at(u * page->width, v * page->height);
-      for (std::size_t i = 0; i < 3; ++i) pixel.color[i] += color[i];
-      ++pixel.textured;
+      for (std::size_t c = 0; c < 3; ++c) pixel->color[c] += sum.color[c];
+      pixel->textured += sum.textured;
+      pixel->covered += sum.covered;
     }
   }
 }

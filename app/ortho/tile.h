@@ -28,7 +28,6 @@ struct Rows {
 
   void reset(int first_row, int rows, int row_width);
 };
-inline constexpr float kNoHeight = -9999;
 
 /// Vertices on the plane of the picture, in sixteenths of the samples' distance, y down.
 struct PlanPoint {

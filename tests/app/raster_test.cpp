@@ -1,0 +1,106 @@
+// io/raster.h, read back by GDAL.
+#include "io/raster.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "io/reference_system.h"
+#include "tests/support/errors.h"
+#include "tests/support/raster_file.h"
+#include "tests/support/temporary_folder.h"
+
+namespace gpvc {
+namespace {
+
+using namespace test;
+
+io::RasterInfo colors(int width, int height) {
+  io::RasterInfo info;
+  info.width = width;
+  info.height = height;
+  info.west = 448100;
+  info.north = 5411400;
+  info.pixel_size = 0.05;
+  info.bands = {"red", "green", "blue"};
+  info.mask = true;
+  return info;
+}
+
+TEST(Raster, ComesBackAsItWasWritten) {
+  const TemporaryFolder folder;
+  io::RasterInfo info = colors(700, 600);
+  info.wkt = io::system_wkt("EPSG:25832");
+  std::vector<std::uint8_t> rgb(3 * 700 * 600), mask(700 * 600);
+  for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = static_cast<std::uint8_t>(i * i % 251);
+  for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i % 700 < 350 ? 255 : 0;
+  {
+    io::RasterWriter writer(folder.path() / "a.tif", info);
+    for (int row = 0; row < 600; row += 250) {
+      const int rows = std::min(250, 600 - row);
+      writer.write_rows(row, rows, rgb.data() + 3 * 700 * row, mask.data() + 700 * row);
+    }
+    writer.finish();
+  }
+  EXPECT_EQ(folder.count(), 1u) << "nothing else is left";
+  const RasterFile read = read_raster(folder.path() / "a.tif");
+  EXPECT_EQ(read.system, "EPSG:25832");
+  EXPECT_EQ(read.place, (std::array<double, 6>{448100, 0.05, 0, 5411400, 0, -0.05}));
+  EXPECT_EQ(read.layout, "COG");
+  EXPECT_GE(read.overviews, 1);
+  EXPECT_EQ(read.names, info.bands);
+  EXPECT_TRUE(read.has_mask);
+  EXPECT_EQ(read.mask, mask);
+  ASSERT_EQ(read.values.size(), rgb.size());
+  EXPECT_TRUE(std::equal(rgb.begin(), rgb.end(), read.values.begin()));
+}
+
+TEST(Raster, NumbersAreClampedToTheTypeOfTheFile) {
+  const TemporaryFolder folder;
+  io::RasterInfo info = colors(2, 1);
+  info.bands = {"photo"};
+  info.mask = false;
+  info.type = io::SampleType::u16;
+  info.nodata = 65535;
+  io::RasterWriter writer(folder.path() / "a.tif", info);
+  const std::array<std::uint32_t, 2> numbers{7, 0xFFFFFFFFU};
+  writer.write_rows(0, 1, numbers.data());
+  writer.finish();
+  const RasterFile read = read_raster(folder.path() / "a.tif");
+  EXPECT_EQ(read.type, "UInt16");
+  EXPECT_EQ(read.nodata, 65535);
+  EXPECT_EQ(read.values, (std::vector<double>{7, 65535}));
+  EXPECT_EQ(read.mask, (std::vector<unsigned char>{255, 0}));
+}
+
+TEST(Raster, LeavesNothingUnlessItIsFinished) {
+  const TemporaryFolder folder;
+  const std::vector<std::uint8_t> rgb(3 * 600 * 600, 9), mask(600 * 600, 255);
+  {
+    io::RasterWriter writer(folder.path() / "a.tif", colors(600, 600));
+    writer.write_rows(0, 600, rgb.data(), mask.data());
+  }
+  EXPECT_EQ(folder.count(), 0u);
+  {
+    io::RasterWriter writer(folder.path() / "a.tif", colors(600, 600));
+    writer.write_rows(0, 600, rgb.data(), mask.data());
+    EXPECT_THROW(writer.finish([](std::size_t, std::size_t) { throw Cancelled(); }), Cancelled);
+  }
+  EXPECT_EQ(folder.count(), 0u);
+}
+
+TEST(Raster, SaysInALineWhatItCannotWrite) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "none" / "a.tif";
+  const std::optional<Error> error = caught([&] { io::RasterWriter(file, colors(10, 10)); });
+  ASSERT_TRUE(error);
+  EXPECT_TRUE(contains(error->what(), file.string() + ": cannot be written: "));
+  EXPECT_EQ(std::string(error->what()).find('\n'), std::string::npos);
+  io::RasterInfo info = colors(10, 10);
+  info.wkt = "PROJCRS[";
+  EXPECT_TRUE(caught([&] { io::RasterWriter(folder.path() / "a.tif", info); }));
+  EXPECT_EQ(folder.count(), 0u);
+}
+
+}  // namespace
+}  // namespace gpvc
