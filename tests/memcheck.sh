@@ -35,6 +35,7 @@ run synth synth city -o "$work/synth" --faces 1000 --size 40 --photos 3 --photo-
 run texture texture "${input[@]}" "${draw[@]}" -o "$work/texture" --editable --resume always --texture png --keep-odd-photos --allow-misfit
 run from texture "${input[@]}" "${draw[@]}" -o "$work/from" --from "$work/texture" --allow "$work/rules.json" --texture png --keep-odd-photos --allow-misfit
 run tileset tileset "${input[@]}" "${draw[@]}" -o "$work/tileset" --compress --resume always --keep-odd-photos --allow-misfit
+run ortho ortho --from "$work/texture" -o "$work/ortho" --threads 2
 run tiles tiles "${input[@]}" --drawing native -o "$work/job" --tile-faces 300 --keep-odd-photos --allow-misfit
 run unit unit "$work/job" --all --threads 2
 run plan plan "$work/job"

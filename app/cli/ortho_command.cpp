@@ -69,7 +69,14 @@ ortho::TexturedSurface surface_of_scene(const OrthoCommandOptions& options, orth
   io::PhotoCache photos(in.scene);
   const pipeline::Input input = in.input();
   evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
-  return ortho::texture_surface({input, settings, photos, record}, pages, folder);
+  try {
+    return ortho::texture_surface({input, settings, photos, record}, pages, folder);
+  } catch (const pipeline::MemoryError& too_little) {
+    throw pipeline::MemoryError(
+        fmt::format("{}; gpvc tiles and gpvc unit texture it in parts, of which --from draws the result",
+                    too_little.what()),
+        too_little.cures(), too_little.measures());
+  }
 }
 
 }  // namespace

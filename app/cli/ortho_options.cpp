@@ -25,9 +25,9 @@ CLI::App* add_ortho(CLI::App& parent, OrthoCommandOptions& options) {
       .add("--from", options.from, "DIR",
            "Draw a model that is textured already: the result of gpvc texture in DIR, tiles that gpvc unit has made, "
            "or a "
-           "textured model of any program (OBJ, GLB, glTF, PLY), which --mesh-crs may name the reference system of. "
-           "SCENE "
-           "and MESH are not needed then")
+           "textured model of any program (OBJ, GLB, glTF, PLY), whose reference system --mesh-crs may name. SCENE and "
+           "MESH "
+           "are not needed then")
       ->check(not_empty());
   add_rules(*app, options.allow);
   add_output(*app, options);

@@ -61,6 +61,14 @@ std::vector<T> per_face(const fs::path& file, std::size_t faces) {
   return values;
 }
 
+// What ContextCapture, DJI Terra and others state beside a model.
+void take_mesh_origin(const fs::path& file, io::ModelOptions& coordinates) {
+  const std::optional<io::MeshOrigin> origin = io::read_mesh_origin(file);
+  if (!origin) return;
+  coordinates.srs = origin->srs;
+  coordinates.srs_offset = origin->origin;
+}
+
 // What gpvc texture writes beside a model.
 void read_labels(const fs::path& folder, atlas::UnseenFaces unseen, Surface& surface) {
   const std::size_t faces = surface.mesh.faces.size();
@@ -125,6 +133,7 @@ Surface read_surface(const std::vector<fs::path>& models, atlas::UnseenFaces uns
     surface.model = std::move(more.model);
     surface.coordinates.offset = more.offset;
     pipeline::read_reference_system(file, surface.coordinates);
+    if (surface.coordinates.srs.empty() && more.offset == WorldPoint{}) take_mesh_origin(file, surface.coordinates);
   }
   pages.complete();
   const fs::path folder = models.front().parent_path();

@@ -35,7 +35,8 @@ struct Surface {
 /// a job). Throws InputError where there is none.
 std::vector<std::filesystem::path> models_of(const std::filesystem::path& from);
 
-/// Reads a result's models, and its photos by number where labels.npy and tags.npy tell them. \param unseen what becomes of faces that
+/// Reads a result's models with the reference system that offset.txt or a metadata.xml states, and its photos by number where labels.npy
+/// and tags.npy tell them. \param unseen what becomes of faces that
 /// no photo shows. Throws InputError.
 Surface read_surface(const std::vector<std::filesystem::path>& models, atlas::UnseenFaces unseen, PageStore& pages);
 

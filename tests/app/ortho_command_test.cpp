@@ -1,7 +1,10 @@
 // gpvc ortho, from a scene or a result to files.
 #include <random>
 
+#include "app/pipeline/render_model.h"
+#include "io/images.h"
 #include "io/mesh.h"
+#include "io/textured_model.h"
 #include "tests/app/app_fixture.h"
 #include "tests/support/raster_file.h"
 
@@ -77,6 +80,60 @@ TEST_F(OrthoCommand, APhotographedCityLiesWhereItsMeshIs) {
       ASSERT_EQ(colors.mask_at(x, y) == 0, photos.at(x, y) == 65535) << "each pixel that is shown is from a photo";
 }
 
+// By how many pixels b is shifted against a, by the least squares of one step; NaN: nothing to tell by.
+std::array<double, 2> shift_between(const RasterFile& a, const Image& b, const std::vector<std::uint8_t>& b_shown) {
+  const auto luma = [&](int x, int y) { return a.at(x, y, 0) + a.at(x, y, 1) + a.at(x, y, 2); };
+  double xx = 0, xy = 0, yy = 0, xt = 0, yt = 0;
+  for (int y = 1; y + 1 < a.height; ++y)
+    for (int x = 1; x + 1 < a.width; ++x) {
+      bool whole = b_shown[pixel_index(x, y, a.width)] != 0;
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) whole = whole && a.mask_at(x + dx, y + dy) != 0;
+      if (!whole) continue;
+      const std::uint8_t* rgb = b.at(x, y);
+      const double gx = (luma(x + 1, y) - luma(x - 1, y)) / 2, gy = (luma(x, y + 1) - luma(x, y - 1)) / 2;
+      const double t = luma(x, y) - (rgb[0] + rgb[1] + rgb[2]);
+      xx += gx * gx, xy += gx * gy, yy += gy * gy, xt += gx * t, yt += gy * t;
+    }
+  const double determinant = xx * yy - xy * xy;
+  return {(yy * xt - xy * yt) / determinant, (xx * yt - xy * xt) / determinant};
+}
+
+TEST_F(OrthoCommand, IsAlignedWithARenderFromFarAbove) {
+  const fs::path from = textured();
+  ASSERT_EQ(run(ortho_of(from, {"--gsd", "0.1", "--unseen", "fill"})).exit_code, 0);
+  const RasterFile colors = read_raster(out_ / "ortho.tif");
+  io::LoadedModel model = io::read_textured_model(from / "model.obj");
+  model.model.mesh = &model.mesh;
+  constexpr double kHigh = 1e6;  // pixels are shifted by a hundredth where the ground is 20 m higher
+  constexpr int kFiner = 5;      // pixels of the render to one of the orthophoto
+  Camera camera;
+  camera.width = kFiner * colors.width;
+  camera.height = kFiner * colors.height;
+  camera.fx = camera.fy = kHigh / (0.1 / kFiner);
+  camera.cx = camera.width / 2.0;
+  camera.cy = camera.height / 2.0;
+  Pose pose;
+  pose.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  pose.centre = {colors.place[0] + 0.05 * colors.width, colors.place[3] - 0.05 * colors.height, kHigh};
+  const pipeline::RenderResult render = pipeline::render_model(model.model, model.pages, camera, pose);
+  const Image reduced = io::reduce_image(render.image, kFiner);
+  std::vector<std::uint8_t> shown(colors.mask.size());
+  for (int y = 0; y < colors.height; ++y)
+    for (int x = 0; x < colors.width; ++x)
+      shown[pixel_index(x, y, colors.width)] =
+          render.textured[pixel_index(kFiner * x + 2, kFiner * y + 2, camera.width)];
+  const auto [dx, dy] = shift_between(colors, reduced, shown);
+  EXPECT_LT(std::abs(dx), 0.05);
+  EXPECT_LT(std::abs(dy), 0.05);
+  double apart = 0, count = 0;
+  for (int y = 0; y < colors.height; ++y)
+    for (int x = 0; x < colors.width; ++x)
+      if (shown[pixel_index(x, y, colors.width)] != 0 && colors.mask_at(x, y) != 0)
+        for (int c = 0; c < 3; ++c, ++count) apart += std::abs(colors.at(x, y, c) - reduced.at(x, y)[c]);
+  EXPECT_LT(apart / count, 1) << "grey levels in the mean";
+}
+
 TEST_F(OrthoCommand, AResultGivesWhatItsSceneGives) {
   const fs::path from = textured();
   ASSERT_EQ(run(ortho_of(from)).exit_code, 0);
@@ -104,6 +161,22 @@ TEST_F(OrthoCommand, AResultGivesWhatItsSceneGives) {
   EXPECT_EQ(colors.system, "EPSG:32632");
   EXPECT_EQ(colors.compression, "YCbCr JPEG");
   EXPECT_TRUE(colors.has_mask);
+  // One whose place another program has stated.
+  std::ofstream(glb / "metadata.xml")
+      << "<ModelMetadata version=\"1\"><SRS>EPSG:32631</SRS><SRSOrigin>500000,4000000,100</SRSOrigin>"
+         "</ModelMetadata>";
+  ASSERT_EQ(run(ortho_of(glb / "some.glb", {"--force", "--gsd", "0.5"})).exit_code, 0);
+  const RasterFile moved = read_raster(out_ / "ortho.tif");
+  EXPECT_EQ(moved.system, "EPSG:32631");
+  EXPECT_NEAR(moved.place[0], colors.place[0] + 500000, 1e-6);
+  EXPECT_NEAR(moved.place[3], colors.place[3] + 4000000, 1e-6);
+}
+
+TEST_F(OrthoCommand, SaysWhatToDoWhereMemoryDoesNotSuffice) {
+  const Outcome outcome = run(ortho(out_, {"--memory", "10M"}));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(contains(outcome.err, "gpvc tiles and gpvc unit texture it in parts"));
+  EXPECT_FALSE(fs::exists(out_ / "ortho.tif"));
 }
 
 TEST_F(OrthoCommand, TilesOfAJobAreOnePicture) {

@@ -208,6 +208,19 @@ TEST_F(Ortho, APixelIsTheMeanOfItsTexels) {
   }
 }
 
+TEST_F(Ortho, TexturesAndSlopesLieWhereTheirFacesHaveThem) {
+  Image ramp{250, 2, 3, {}};
+  for (int i = 0; i < 2 * 250; ++i) ramp.pixels.insert(ramp.pixels.end(), 3, static_cast<std::uint8_t>(i % 250));
+  model_.quad({WorldPoint{0, 0, 0}, {250, 0, 25}, {250, 10, 25}, {0, 10, 0}}, model_.page(std::move(ramp)));
+  const fs::path out = draw(with_gsd(1));
+  const RasterFile colors = read_raster(out / "ortho.tif"), heights = read_raster(out / "ortho_height.tif");
+  ASSERT_EQ(colors.width, 250);
+  for (int x = 0; x < 250; ++x) {
+    EXPECT_EQ(colors.at(x, 4), x);
+    EXPECT_NEAR(heights.at(x, 4), 0.1 * (x + 0.5), 1e-5);
+  }
+}
+
 TEST_F(Ortho, WithoutAPixelSizeItIsThatOfATexel) {
   Image page{200, 200, 3, std::vector<std::uint8_t>(3 * 200 * 200, 99)};
   model_.level(0, 0, 7, 7, 1, model_.page(std::move(page)));

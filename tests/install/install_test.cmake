@@ -33,6 +33,9 @@ if(EXISTS ${SCRATCH}/prefix/bin/gpvc)  # which finds the module of other formats
     "frames": [{"file_path": "photo.ppm", "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]}]}]==])
   run(${CMAKE_COMMAND} -E env --unset=LD_LIBRARY_PATH ${SCRATCH}/prefix/bin/gpvc inspect ${SCRATCH}/ppm/transforms.json)
 endif()
+if(EXISTS ${SCRATCH}/prefix/bin/gpvc)  # and that of GeoTIFF
+  run(${CMAKE_COMMAND} -E env --unset=LD_LIBRARY_PATH ${SCRATCH}/prefix/bin/gpvc ortho --from ${EXPECTED} --gsd 1 -o ${SCRATCH}/ortho)
+endif()
 run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${SOURCE} -B ${SCRATCH}/build -DCMAKE_PREFIX_PATH=${SCRATCH}/prefix
     -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_CXX_COMPILER=${CXX_COMPILER} -DCMAKE_CXX_FLAGS=${CXX_FLAGS})
 run(${CMAKE_COMMAND} --build ${SCRATCH}/build)
