@@ -14,6 +14,7 @@ if(BUILD_SHARED_LIBS)
   foreach(library io visibility labeling atlas results checks pipeline tileset)
     target_sources(gpvc_all PRIVATE $<TARGET_OBJECTS:gpvc_${library}>)
   endforeach()
+  target_sources(gpvc_all PRIVATE $<TARGET_OBJECTS:gpvc_raster_writer>)
   target_link_libraries(gpvc_all PRIVATE gpvc_tileset)  # for what these need; nothing of theirs is missing any more
   set(symbols ${PROJECT_SOURCE_DIR}/app/setup/gpvc.map)
   target_link_options(gpvc_all PRIVATE LINKER:--version-script=${symbols})
