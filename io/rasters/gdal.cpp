@@ -85,6 +85,9 @@ void register_drivers() {
     GDALRegister_GTiff();
     GDALRegister_MEM();
     GDALRegister_COG();
+    // Rows are written once and read once; by itself GDAL keeps as much of them as a twentieth of the machine's memory.
+    constexpr GIntBig kCacheBytes = 128 << 20;
+    if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(kCacheBytes);
   });
 }
 
