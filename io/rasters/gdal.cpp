@@ -22,23 +22,31 @@ namespace fs = std::filesystem;
 
 constexpr int kBlock = 256;  // of the rows' file
 
-/// What GDAL says goes to the caller rather than to the terminal.
+/// What GDAL says in this thread goes to the caller rather than to the terminal.
 class Quiet {
  public:
   Quiet() {
-    CPLPushErrorHandler(CPLQuietErrorHandler);
+    CPLPushErrorHandlerEx(hear, this);
     CPLErrorReset();
   }
   ~Quiet() { CPLPopErrorHandler(); }
   Quiet(const Quiet&) = delete;
   Quiet& operator=(const Quiet&) = delete;
-  /// A line of GDAL's last message.
-  static std::string message(const char* what) {
-    std::string text = CPLGetLastErrorMsg();
+  bool failed() const { return !first_.empty(); }
+  /// With the first failure, in a line: those that follow tell that it came to that.
+  std::string message(const char* what) const {
+    std::string text = first_;
     std::replace_if(
         text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
     return std::string(what) + (text.empty() ? "" : ": " + text);
   }
+
+ private:
+  static void CPL_STDCALL hear(CPLErr kind, CPLErrorNum, const char* text) {
+    auto& quiet = *static_cast<Quiet*>(CPLGetErrorHandlerUserData());
+    if (kind >= CE_Failure && quiet.first_.empty()) quiet.first_ = text;
+  }
+  std::string first_;
 };
 
 /// An option of GDAL as long as it lives, in this thread.
@@ -151,7 +159,7 @@ std::string create(const fs::path& file, const RasterInfo& info, void*& raster) 
   made->rows.reset(GDALCreate(tiff, made->rows_file.c_str(), info.width, info.height,
                               static_cast<int>(info.bands.size()), data_type(info.type), options.list()));
   if (!made->rows || !describe(made->rows.get(), info)) {
-    const std::string wrong = Quiet::message("cannot be written");
+    const std::string wrong = quiet.message("cannot be written");
     made->rows.reset();
     std::error_code ignored;
     fs::remove(made->rows_file, ignored);
@@ -175,7 +183,7 @@ std::string write_rows(void* raster, int first_row, int rows, SampleType type, c
   if (good && mask != nullptr)
     good = GDALRasterIO(GDALGetMaskBand(GDALGetRasterBand(to.rows.get(), 1)), GF_Write, 0, first_row, width, rows,
                         const_cast<std::uint8_t*>(mask), width, rows, GDT_Byte, 0, 0) == CE_None;
-  return good ? "" : Quiet::message("cannot be written");
+  return good ? "" : quiet.message("cannot be written");
 } catch (const std::exception& error) {
   return error.what();
 }
@@ -186,11 +194,11 @@ std::string finish(void* raster, int (*go_on)(double, const char*, void*), void*
   const RasterInfo& info = made.info;
   // Blocks that are still in memory are written when it is closed, which tells nothing.
   GDALFlushCache(made.rows.get());
-  if (CPLGetLastErrorType() >= CE_Failure) return Quiet::message("cannot be written");
+  if (quiet.failed()) return quiet.message("cannot be written");
   made.rows.reset();
-  if (CPLGetLastErrorType() >= CE_Failure) return Quiet::message("cannot be written");
+  if (quiet.failed()) return quiet.message("cannot be written");
   const Dataset rows(GDALOpen(made.rows_file.c_str(), GA_ReadOnly));
-  if (!rows) return Quiet::message("cannot be written");
+  if (!rows) return quiet.message("cannot be written");
   Options options;
   options.set("COMPRESS", compression_name(info.compression));
   if (is_lossless(info.compression))
@@ -203,9 +211,9 @@ std::string finish(void* raster, int (*go_on)(double, const char*, void*), void*
   const Option internal("GDAL_TIFF_INTERNAL_MASK", "YES");
   const Dataset copy(
       GDALCreateCopy(GDALGetDriverByName("COG"), made.file.c_str(), rows.get(), FALSE, options.list(), go_on, data));
-  if (!copy) return Quiet::message("cannot be written");
+  if (!copy) return quiet.message("cannot be written");
   GDALFlushCache(copy.get());
-  if (CPLGetLastErrorType() >= CE_Failure) return Quiet::message("cannot be written");
+  if (quiet.failed()) return quiet.message("cannot be written");
   made.complete = true;
   return "";
 } catch (const std::exception& error) {
