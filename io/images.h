@@ -44,11 +44,15 @@ using ColorProfile = std::vector<std::uint8_t>;
 /// Throws InputError.
 ColorProfile read_color_profile(const std::filesystem::path& file);
 
-enum class ImageFormat { png, jpg };
-inline constexpr Named<ImageFormat> kImageFormatNames[] = {{"jpg", ImageFormat::jpg}, {"png", ImageFormat::png}};
+enum class ImageFormat { png, jpg, webp };
+inline constexpr Named<ImageFormat> kImageFormatNames[] = {
+    {"jpg", ImageFormat::jpg}, {"png", ImageFormat::png}, {"webp", ImageFormat::webp}};
 
-/// `quality` 1..100 applies to jpg (chroma is not subsampled). `profile` is embedded; without one, PNG says sRGB and
-/// JPEG nothing, which means the same. Throws OutputError.
+/// Texels of a WebP's edge, at most.
+inline constexpr int kMostWebpEdge = 16383;
+
+/// `quality` 1..100 applies to jpg (chroma is not subsampled) and webp (of 3 channels; chroma is halved). `profile` is
+/// embedded in jpg and png; without one, PNG says sRGB and the others nothing, which means the same. Throws OutputError.
 void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality,
                  const ColorProfile& profile = {});
 

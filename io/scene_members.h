@@ -38,6 +38,6 @@ auto members_of(Model& model) {
   return std::tie(texcoords, face_texcoords, face_page);
 }
 GPVC_MEMBERS(ModelOptions, offset, up, srs, srs_offset, normals, lit, pageless_faces, obj_style, buffer_limit_bytes,
-             copyright)
+             copyright, coding)
 
 }  // namespace gpvc::io

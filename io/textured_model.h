@@ -45,6 +45,10 @@ void check_model(const TexturedModel& model, std::size_t page_count);
 struct PageFile {
   std::filesystem::path file;  ///< complete image file on disk
   ImageFormat format = ImageFormat::png;
+  /// Of a WebP page in a glTF: the same as PNG or JPEG, of any size, for readers that do not know EXT_texture_webp; empty:
+  /// none, and readers have to know it.
+  std::filesystem::path fallback{};
+  ImageFormat fallback_format = ImageFormat::jpg;
 };
 
 enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };
@@ -59,6 +63,14 @@ std::array<double, 4> gltf_rotation(UpAxis up);
 /// Obj2Tiles): six decimals, all texture coordinates before the first material, faces page by page, materials material0000.
 enum class ObjStyle { exact, texrecon };
 
+/// How a glTF stores its geometry. plain: floats that every reader knows. compressed: the same values by
+/// EXT_meshopt_compression, in the same order, a triangle possibly from another of its corners on. quantized: compressed,
+/// and before that triangles are ordered so that they share vertices, positions rounded to a grid (16 bits; they stay
+/// floats where its step would exceed an eighth of nearly all edges), texture coordinates to 1/65535 of a page, which is an
+/// eighth of a texel on a page of 8192 (16 bits; floats where one lies beyond its page), normals to 1/127
+/// (KHR_mesh_quantization). Readers have to know these extensions; CesiumJS, Babylon.js and, with its decoder, three.js do.
+enum class GltfCoding { plain, compressed, quantized };
+
 struct ModelOptions {
   WorldPoint offset;          ///< subtracted from every position (in double) before printing or rounding to float
   UpAxis up = UpAxis::pos_y;  ///< world axis that points up; becomes the root node's rotation in glTF (+y up)
@@ -72,6 +84,7 @@ struct ModelOptions {
   /// hold.
   std::size_t buffer_limit_bytes = 0x7FFFFFFF;
   std::string copyright{};  ///< in a glTF, which viewers show; empty: none
+  GltfCoding coding = GltfCoding::plain;
 };
 
 /// `NAME.obj` with NAME.mtl beside it: positions in the input's order, faces in the input's order (but see ObjStyle), usemtl where
@@ -99,12 +112,16 @@ struct GltfFiles {
   std::size_t glb_bytes = 0;                   ///< of the GLB written, or of the one that was too large
 };
 
-/// glTF 2.0: KHR_materials_unlit or lit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces without
-/// a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files, the pages stay where they
-/// are and are referred to relative to STEM. Throws OutputError, also when no face has a page or a local coordinate
-/// exceeds 32-bit floats. \param photos each face gets its row by EXT_mesh_features and EXT_structural_metadata; null: none
+/// glTF 2.0: KHR_materials_unlit or lit, one primitive a page, 32-bit indices, offset in the root node's extras. Faces
+/// without a page are left out. A GLB ends at 4 GiB: what would be larger becomes files. With files, the pages stay where
+/// they are and are referred to relative to STEM. WebP pages are for readers of EXT_texture_webp. Throws OutputError, also
+/// when no face has a page or a local coordinate exceeds 32-bit floats. \param photos each face gets its row by
+/// EXT_mesh_features and EXT_structural_metadata; null: none
 GltfFiles write_gltf(const std::filesystem::path& stem, GltfContainer container, const TexturedModel& model,
                      std::span<const PageFile> pages, const ModelOptions& options, const PhotoTable* photos = nullptr);
+
+/// Bytes of the buffers of such a glTF without pages and photos. Does most of the work of writing it.
+std::size_t gltf_geometry_bytes(const TexturedModel& model, std::size_t pages, const ModelOptions& options);
 
 /// A textured model from a file: ours or another program's.
 struct LoadedModel {
@@ -122,10 +139,11 @@ WorldPoint read_offset(const std::filesystem::path& model);
 using TakePage = std::function<void(std::size_t number, Image page)>;
 
 /// OBJ + MTL (map_Kd, of any writer), PLY with comments TextureFile (MeshLab, OpenMVS), GLB or glTF (triangles with a
-/// baseColorTexture, placed by the nodes of the scene as by read_mesh(); of a model of ours, which the offset in its root's
-/// extras tells, the root's rotation is not applied: it only says which way is up). Faces without a texture get kNoPage.
-/// Vertices without a place are settled as by read_mesh(). `take_page`: takes each page as soon as it is read,
-/// and LoadedModel::pages stays empty. Throws InputError.
+/// baseColorTexture, of which EXT_texture_webp comes first; packed or quantized as GltfCoding has it or not; placed by the
+/// nodes of the scene as by read_mesh(); of a model of ours, which the offset in its root's extras tells, the root's
+/// rotation is not applied: it only says which way is up). Faces without a texture get kNoPage. Vertices without a place
+/// are settled as by read_mesh(). `take_page`: takes each page as soon as it is read, and LoadedModel::pages stays empty.
+/// Throws InputError.
 LoadedModel read_textured_model(const std::filesystem::path& file, const TakePage& take_page = {});
 
 }  // namespace gpvc::io

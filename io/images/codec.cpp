@@ -12,7 +12,7 @@
 namespace gpvc::io {
 namespace {
 
-/// The formats accepted for photos, masks and pages, besides JPEG and PNG. OpenImageIO alone would try all of its formats on a
+/// The formats accepted for photos, masks and pages, besides JPEG, PNG and WebP. OpenImageIO alone would try all of its formats on a
 /// file, and some of them, above all Targa, accept any bytes and believe the size that they find there.
 struct Codec {
   std::string_view name;
@@ -21,9 +21,9 @@ struct Codec {
 // Deflate and simpler codings make at most 1032 bytes from one, each of 8 one-bit samples; the densest block of zstd
 // makes 128 KiB from four bytes; fax coding spends one bit on a white row.
 constexpr std::int64_t kPlain = 8 * 1032, kDense = 1 << 20;
-constexpr Codec kCodecs[] = {{"tiff", kDense}, {"openexr", kDense},  {"raw", kDense}, {"webp", kDense},
-                             {"heif", kDense}, {"jpeg2000", kDense}, {"bmp", kPlain}, {"hdr", kPlain},
-                             {"pnm", kPlain},  {"psd", kPlain},      {"dpx", kPlain}};
+constexpr Codec kCodecs[] = {{"tiff", kDense},     {"openexr", kDense}, {"raw", kDense}, {"heif", kDense},
+                             {"jpeg2000", kDense}, {"bmp", kPlain},     {"hdr", kPlain}, {"pnm", kPlain},
+                             {"psd", kPlain},      {"dpx", kPlain}};
 
 /// Refuses what cannot be read as a picture, and a size that the file cannot hold before memory is allocated for it.
 void check_claims(const ImageBytes& image, const OtherHeader& header) {
@@ -45,7 +45,7 @@ void check_claims(const ImageBytes& image, const OtherHeader& header) {
 }
 
 ImageHeader read_other_header(const ImageBytes& image) {
-  if (!image.part.empty()) throw InputError(image.file, image.part, "expected a PNG or a JPEG");
+  if (!image.part.empty()) throw InputError(image.file, image.part, "expected a PNG, JPEG or WebP");
   // OpenImageIO believes the size that a GIF claims as soon as it opens it.
   if (image.view.starts_with("GIF8"))
     throw InputError(image.file, "", "is a GIF, expected JPEG, PNG, TIFF, EXR or the like");
@@ -77,9 +77,10 @@ void decode_other(const ImageBytes& image, const SampleRoom& room, std::string_v
 ImageHeader read_header(const ImageBytes& image) {
   if (image.view.empty()) throw InputError(image.file, image.part, "is empty, expected an image");
   check_png(image);
-  ImageHeader header = image.is_jpeg()  ? read_jpeg_header(image)
-                       : image.is_png() ? read_png_header(image)
-                                        : read_other_header(image);
+  ImageHeader header = image.is_jpeg()   ? read_jpeg_header(image)
+                       : image.is_png()  ? read_png_header(image)
+                       : image.is_webp() ? read_webp_header(image)
+                                         : read_other_header(image);
   check_size(image.file, image.part, header.width, header.height, header.channels);
   return header;
 }
@@ -89,6 +90,8 @@ void decode_samples(const ImageBytes& image, const ImageHeader& header, int chan
     decode_jpeg(image, header, to);
   else if (header.format == "png")
     decode_png(image, header, to);
+  else if (header.format == "webp")
+    decode_webp(image, channels, to);
   else
     decode_other(image, {header.width, header.height, channels, false, to}, header.format);
 }

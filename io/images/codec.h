@@ -1,4 +1,5 @@
-// Reads pixels of files and of images inside files: JPEG and PNG and TIFF through their own libraries, all else through other_formats.h.
+// Reads pixels of files and of images inside files: JPEG, PNG, TIFF and WebP through their own libraries, all else through
+// other_formats.h.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 namespace gpvc::io {
 
 struct ImageHeader {
-  std::string format;  ///< "jpeg", "png", or OpenImageIO's name
+  std::string format;  ///< "jpeg", "png", "webp", or OpenImageIO's name
   int width = 0, height = 0, channels = 0;
   int bits = 8;            ///< a sample; 0: no integers
   int alpha_channel = -1;  ///< -1: none
@@ -24,7 +25,7 @@ struct ImageHeader {
 /// Goes by the bytes, not by the name, and checks what they claim. Throws InputError, also for formats that are not accepted.
 ImageHeader read_header(const ImageBytes& image);
 
-/// Decodes the first `channels` of an image that read_header() knows. A JPEG's or PNG's have to be all of them, and a JPEG or
+/// Decodes the first `channels` of an image that read_header() knows. A JPEG's, PNG's or WebP's have to be all of them, and a JPEG or
 /// 8-bit image does not become floats. Throws InputError unless the whole picture could be decoded. \pre check_jpeg(image)
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, std::uint8_t* to);
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to);
@@ -36,6 +37,10 @@ void decode_jpeg(const ImageBytes& image, const ImageHeader& header, std::uint8_
 ImageHeader read_png_header(const ImageBytes& image);
 void decode_png(const ImageBytes& image, const ImageHeader& header, std::uint8_t* to);
 void decode_png(const ImageBytes& image, const ImageHeader& header, float* to);
+
+ImageHeader read_webp_header(const ImageBytes& image);
+/// 3 channels, or 4 where there is an alpha channel.
+void decode_webp(const ImageBytes& image, int channels, std::uint8_t* to);
 
 /// Both return false for files that are no TIFF, or one that is left to OpenImageIO. \param wrong what is wrong, or nothing, as those of
 /// OtherFormats return it

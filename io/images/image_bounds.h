@@ -17,6 +17,7 @@ struct ImageBytes {
 
   bool is_jpeg() const { return view.starts_with("\xFF\xD8\xFF"); }
   bool is_png() const { return view.starts_with("\x89PNG"); }
+  bool is_webp() const { return view.starts_with("RIFF") && view.size() >= 12 && view.substr(8, 4) == "WEBP"; }
   /// The number of `count` <= 4 bytes from byte `at` on, the highest first. \pre they are there
   std::uint32_t big_endian(std::size_t at, std::size_t count) const;
   /// Throws InputError for byte `at` of the image.

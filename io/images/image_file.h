@@ -60,7 +60,7 @@ Image continue_around(const Image& panorama, const PixelRoom& room);
 /// Means of 2 x 2 pixels of 3 channels, rounded to nearest, as reduce_image() has them: `width` of them.
 void halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, int width, std::uint8_t* to);
 
-/// read_image of a PNG or JPEG in memory, `part` of `file`, which are only named. Throws InputError.
+/// read_image of a PNG, JPEG or WebP in memory, `part` of `file`, which are only named. Throws InputError.
 Image decode_image(const std::filesystem::path& file, const std::string& part, std::string_view bytes);
 
 /// An exclusion of no pixel.
@@ -90,5 +90,8 @@ MaskPixels mask_pixels(const std::filesystem::path& file);
 /// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of
 /// threads.
 void write_png(OutputFile& out, const Image& image, const ColorProfile& profile);
+
+/// A lossy WebP of 3 channels. The bytes do not depend on the number of threads. Throws OutputError, which names `file`.
+void write_webp(OutputFile& out, const std::filesystem::path& file, const Image& image, int quality);
 
 }  // namespace gpvc::io

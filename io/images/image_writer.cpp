@@ -59,12 +59,15 @@ void write_image(const fs::path& file, const Image& image, ImageFormat format, i
                  const ColorProfile& profile) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4 ||
       (format == ImageFormat::jpg && image.channels != 1 && image.channels != 3) ||
+      (format == ImageFormat::webp && image.channels != 3) ||
       image.pixels.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                                  static_cast<std::size_t>(image.channels))
     throw std::invalid_argument("write_image: the pixels do not fit the size or the format");
   OutputFile out(file);
   if (format == ImageFormat::png)
     write_png(out, image, profile);
+  else if (format == ImageFormat::webp)
+    write_webp(out, file, image, quality);
   else
     write_jpeg(out, file, image, quality, profile);
   out.commit();

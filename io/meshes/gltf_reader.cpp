@@ -1,11 +1,16 @@
 #include "io/meshes/gltf_reader.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
+#include <type_traits>
 
 #include "io/file_bytes.h"
 #include "io/files/paths.h"
 #include "io/files/text_scan.h"
+#include "io/meshes/gltf_extensions.h"
+#include "io/meshes/gltf_unpack.h"
 
 namespace gpvc::io {
 
@@ -67,11 +72,12 @@ bool is_of_looks(std::string_view extension) {
          extension.starts_with("EXT_texture_") || extension.starts_with("KHR_lights_");
 }
 
-constexpr std::string_view kPackings[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                          "KHR_meshopt_compression", "KHR_mesh_quantization"};
+constexpr std::string_view kPackings[] = {"KHR_draco_mesh_compression", "KHR_meshopt_compression"};
+constexpr std::string_view kReadPackings[] = {kMeshoptCompression, kMeshQuantization};
 
 [[noreturn]] void refuse_packed(const fs::path& file, std::string_view packing) {
-  throw InputError(file, "", "packs its geometry by " + std::string(packing) + ", expected plain floats");
+  throw InputError(
+      file, "", "packs its geometry by " + std::string(packing) + ", expected plain floats or " + kMeshoptCompression);
 }
 
 /// Throws for a file that cannot be read right without an extension which is not known here; the specification asks for
@@ -79,7 +85,7 @@ constexpr std::string_view kPackings[] = {"KHR_draco_mesh_compression", "EXT_mes
 void check_required(const fs::path& file, const tinygltf::Model& model) {
   for (const std::string& extension : model.extensionsRequired) {
     if (std::ranges::find(kPackings, extension) != std::end(kPackings)) refuse_packed(file, extension);
-    if (!is_of_looks(extension))
+    if (!is_of_looks(extension) && std::ranges::find(kReadPackings, extension) == std::end(kReadPackings))
       throw InputError(file, "", "requires the extension " + quote(extension) + ", which is not supported");
   }
 }
@@ -128,6 +134,8 @@ tinygltf::Model parse_gltf(const fs::path& file) {
   if (view.size() > 0xFFFFFFFFu) throw InputError(file, "", expected + " of less than 4 GiB");
   const std::string_view json = binary ? json_of(file, view) : view;
   check_depth(file, json);
+  const std::optional<std::string> placeholders = with_placeholders(view, json, binary);
+  const std::string_view given = placeholders ? *placeholders : view;
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(keep_bytes, nullptr);
   loader.SetFsCallbacks(file_callbacks());
@@ -136,10 +144,10 @@ tinygltf::Model parse_gltf(const fs::path& file) {
   bool good = false;
   try {
     const std::string folder = file.parent_path().string();
-    const auto size = static_cast<unsigned>(view.size());
+    const auto size = static_cast<unsigned>(given.size());
     good = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                                reinterpret_cast<const unsigned char*>(view.data()), size, folder)
-                  : loader.LoadASCIIFromString(&model, &error, &warning, view.data(), size, folder);
+                                                reinterpret_cast<const unsigned char*>(given.data()), size, folder)
+                  : loader.LoadASCIIFromString(&model, &error, &warning, given.data(), size, folder);
   } catch (const std::logic_error& found) {  // of a standard container, at what is empty or out of range
     error += found.what();
   } catch (const std::runtime_error& found) {
@@ -152,6 +160,7 @@ tinygltf::Model parse_gltf(const fs::path& file) {
     throw InputError(file, "", expected + ": " + reason_of(file, error));
   }
   check_required(file, model);
+  unpack_views(file, model);
   return model;
 }
 
@@ -169,6 +178,7 @@ AccessorView::AccessorView(const fs::path& file, const tinygltf::Model& model, i
   const auto [view, bytes] = buffer_range(file, place, model, accessor.bufferView);
   if (accessor.type != type) throw InputError(file, place, "expected another number of components");
   component_ = accessor.componentType;
+  normalized_ = accessor.normalized;
   count = accessor.count;
   const int stride = accessor.ByteStride(view);
   const int size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_)) *
@@ -183,11 +193,34 @@ AccessorView::AccessorView(const fs::path& file, const tinygltf::Model& model, i
   data_ = bytes.data() + accessor.byteOffset;
 }
 
+double AccessorView::component(std::size_t element, std::size_t k) const {
+  const char* const at = data_ + element * stride_;
+  const auto as = [&]<typename T>(T value) -> double {
+    std::memcpy(&value, at + sizeof value * k, sizeof value);
+    if constexpr (std::is_integral_v<T>)
+      if (normalized_) return std::max(-1.0, static_cast<double>(value) / std::numeric_limits<T>::max());
+    return static_cast<double>(value);
+  };
+  switch (component_) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+      return as(std::int8_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return as(std::uint8_t{});
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+      return as(std::int16_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return as(std::uint16_t{});
+    default:
+      return as(float{});
+  }
+}
+
 AccessorView positions_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");
   const AccessorView positions(file, model, position->second, TINYGLTF_TYPE_VEC3);
-  if (!positions.is_float()) throw InputError(file, "mesh", "expected float positions");
+  if (!positions.is_float() && !positions.is_short())
+    throw InputError(file, "mesh", "expected positions of floats, or of integers of 8 or 16 bits");
   return positions;
 }
 

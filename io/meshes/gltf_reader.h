@@ -19,8 +19,8 @@ namespace gpvc::io {
 /// A library's message as the end of our sentence: on one line, without the file's name and final full stops.
 std::string reason_of(const std::filesystem::path& file, std::string said);
 
-/// A GLB or glTF with its buffers; images keep their bytes. Throws InputError, also for a file that requires an
-/// extension which packs or places geometry.
+/// A GLB or glTF with its buffers, unpacked where EXT_meshopt_compression packs them; images keep their bytes. Throws
+/// InputError, also for a file that requires another extension which packs or places geometry.
 tinygltf::Model parse_gltf(const std::filesystem::path& file);
 
 /// The element `number` of one of the description's lists, which hold a `what` each.
@@ -47,11 +47,8 @@ class AccessorView {
  public:
   /// Throws InputError. \param type  TINYGLTF_TYPE_...
   AccessorView(const std::filesystem::path& file, const tinygltf::Model& model, int number, int type);
-  float component(std::size_t element, std::size_t k) const {
-    float value = 0;
-    std::memcpy(&value, data_ + element * stride_ + 4 * k, sizeof value);
-    return value;
-  }
+  /// \pre is_float() or is_short()
+  double component(std::size_t element, std::size_t k) const;
   /// \pre is_index()
   std::uint32_t integer(std::size_t element) const {
     std::uint32_t value = 0;
@@ -64,15 +61,21 @@ class AccessorView {
            component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT || component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
   }
   bool is_float() const { return component_ == TINYGLTF_COMPONENT_TYPE_FLOAT; }
+  /// As KHR_mesh_quantization allows them: integers of 8 or 16 bits.
+  bool is_short() const {
+    return component_ == TINYGLTF_COMPONENT_TYPE_BYTE || component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+           component_ == TINYGLTF_COMPONENT_TYPE_SHORT || component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
+  }
   std::size_t count = 0;
 
  private:
   const char* data_ = nullptr;
   std::size_t stride_ = 0;
   int component_ = 0;
+  bool normalized_ = false;
 };
 
-/// Its float positions. Throws InputError.
+/// Its positions: floats, or is_short(). Throws InputError.
 AccessorView positions_of(const std::filesystem::path& file, const tinygltf::Model& model,
                           const tinygltf::Primitive& primitive);
 

@@ -13,6 +13,7 @@
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
 #include "io/mesh.h"
+#include "io/meshes/gltf_extensions.h"
 #include "io/meshes/gltf_nodes.h"
 #include "io/meshes/mesh_file.h"
 #include "io/number_text.h"
@@ -199,7 +200,11 @@ std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, const 
   if (shown.extensions.contains("KHR_texture_transform"))
     throw InputError(file, "texture " + std::to_string(shown.index),
                      "is moved by KHR_texture_transform, expected texture coordinates that need no extension");
-  const int image = element_at(file, model.textures, shown.index, "texture").source;
+  const tinygltf::Texture& texture = element_at(file, model.textures, shown.index, "texture");
+  int image = texture.source;
+  if (const auto webp = texture.extensions.find(kTextureWebp);
+      webp != texture.extensions.end() && webp->second.Has("source") && webp->second.Get("source").IsInt())
+    image = webp->second.Get("source").Get<int>();
   element_at(file, model.images, image, "image");
   return static_cast<std::uint32_t>(image);
 }
@@ -236,7 +241,8 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
   }
   if (page == kNoPage) return;
   const AccessorView texcoords(file, model, texcoord->second, TINYGLTF_TYPE_VEC2);
-  if (!texcoords.is_float()) throw InputError(file, "mesh", "expected float texture coordinates");
+  if (!texcoords.is_float() && !texcoords.is_short())
+    throw InputError(file, "mesh", "expected texture coordinates of floats, or of integers of 8 or 16 bits");
   if (texcoords.count < positions.count)
     throw InputError(file, "mesh",
                      "has " + std::to_string(texcoords.count) + " texture coordinates for " +
@@ -244,7 +250,7 @@ void append_primitive(const fs::path& file, const tinygltf::Model& model, const 
   const bool tiled = repeats(file, model, shown.index);
   for (std::size_t i = 0; i < positions.count; ++i) {
     const auto at = [&](std::size_t k) {
-      const float value = texcoords.component(i, k);
+      const auto value = static_cast<float>(texcoords.component(i, k));
       return tiled || !std::isfinite(value) ? value
                                             : within_page(file, "vertex " + std::to_string(base + i), "wrapS, wrapT",
                                                           value);  // check_numbers() is next

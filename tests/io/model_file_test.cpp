@@ -479,7 +479,7 @@ TEST(ReadTexturedModel, HoldsImagesClaimsAgainstTheirBytes) {
   EXPECT_TRUE(contains(refusal(test, with("IDAT", -4, "\x7F\0\0\0"sv)), "the PNG ends too early"));
   EXPECT_TRUE(contains(refusal(test, with("\xFF\xC0"sv, 5, "\x40\0\x40\0"sv)),
                        "image 1: claims 16384 x 16384 pixels, more than its "));
-  EXPECT_TRUE(contains(refusal(test, with("\x89PNG", 0, "GIF8")), "image 0: expected a PNG or a JPEG"));
+  EXPECT_TRUE(contains(refusal(test, with("\x89PNG", 0, "GIF8")), "image 0: expected a PNG, JPEG or WebP"));
 }
 
 TEST(ReadTexturedModel, RefusesImagesBeyondTheirBuffer) {
