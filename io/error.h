@@ -25,6 +25,7 @@ enum class Cure {
   smaller_photos,    ///< raise io::SceneOptions::downscale
   fewer_views,       ///< name fewer of the scene's views in checks::Input::views
   fewer_faces,       ///< give a mesh of fewer faces
+  more_bytes,        ///< raise pipeline::OutputSettings::max_bytes
   other_folder,      ///< give results::OutputFolder another folder
   replace_result,    ///< construct results::OutputFolder with `force`: the new result replaces the one that is there
   make_editable,     ///< texture again, with pipeline::Settings::editable

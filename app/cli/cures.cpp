@@ -33,6 +33,8 @@ std::string clause_of(Cure cure) {
       return "texture from fewer --views";
     case Cure::fewer_faces:
       return "take a mesh of fewer faces";
+    case Cure::more_bytes:
+      return "allow more by --max-bytes SIZE";
     case Cure::other_folder:
       return "choose another folder";
     case Cure::replace_result:

@@ -100,7 +100,7 @@ struct Adder {
       CLI::Option* option = group.choice(flag(info), names_of(value), value, info.help);
       if constexpr (std::same_as<Value, pipeline::KeepWork>) add_never(value, info, option);
     } else if constexpr (std::is_arithmetic_v<Value>) {
-      if (info.is_memory()) return add_bytes(value, info);
+      if (info.is_amount()) return add_bytes(value, info);
       CLI::Option* option = group.number(flag(info), value, info.least, info.most, info.kind, info.help);
       if (static_cast<double>(value) < info.least) option->default_str("");  // no limit
     }
@@ -113,7 +113,7 @@ struct Adder {
     OptionGroup{app, info.group}.parsed(
         flag(info),
         [&value, name = flag(info)](const std::string& given) { value = static_cast<Value>(bytes_from(name, given)); },
-        info.kind, "what the scene needs, 70 % of what is free at most", info.help);
+        info.kind, info.unset, info.help);
   }
   void add_never(pipeline::KeepWork& value, const OptionInfo& info, CLI::Option* option) const {
     app.add_flag_callback(
@@ -177,6 +177,15 @@ void add_settings(CLI::App& app, visibility::VisibilityOptions& settings) { add_
 
 OptionFilter options_for(pipeline::For result) {
   return [result](const OptionInfo& info) { return info.result <= result; };
+}
+
+void refuse_contradictions(const pipeline::Settings& settings) {
+  const pipeline::OutputSettings& output = settings.output;
+  if (output.target == pipeline::Target::full && output.max_bytes > 0)
+    throw UsageError("--max-bytes belongs to --target web");
+  if (output.target == pipeline::Target::web && settings.atlas.page_size > io::kMostWebpEdge)
+    throw UsageError(fmt::format("--target web: a WebP has at most {} texels an edge, and --page-size {} is more",
+                                 io::kMostWebpEdge, settings.atlas.page_size));
 }
 
 Json settings_json(const pipeline::Settings& settings, const OptionFilter& wanted) { return json_of(settings, wanted); }

@@ -22,6 +22,9 @@ void add_settings(CLI::App& app, visibility::VisibilityOptions& settings);
 /// The filter of a kind of result: what is for it and for all kinds.
 OptionFilter options_for(pipeline::For result);
 
+/// Throws UsageError where settings of the output contradict each other.
+void refuse_contradictions(const pipeline::Settings& settings);
+
 /// By their names, with _ for -, those that the filter takes, offered or not. Rules about photos are left out.
 evaluate::Json settings_json(const pipeline::Settings& settings, const OptionFilter& wanted);
 evaluate::Json settings_json(const tiles::JobSettings& settings, const OptionFilter& wanted);

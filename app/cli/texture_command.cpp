@@ -54,7 +54,7 @@ Json preview_json(const pipeline::WrittenModel& written) {
 // What has no meaning for a result in tiles.
 bool needs_one_model(const TextureOptions& o) {
   const pipeline::Settings& s = o.settings;
-  return s.editable || !o.from.empty() || s.atlas.max_pages > 0 || s.atlas.max_texels > 0;
+  return s.editable || !o.from.empty() || s.atlas.max_pages > 0 || s.atlas.max_texels > 0 || s.output.max_bytes > 0;
 }
 
 // What was asked for and tiles do not have: the end of a sentence.
@@ -87,16 +87,19 @@ void write_views(const SceneInputData& in, pipeline::OutputFolder& folder) {
 }  // namespace
 
 void run_texture(const TextureOptions& options, Console& console) {
+  refuse_contradictions(options.settings);
   refuse_overwriting(options.input, options.out, {"model.obj"});
   note_kept_work(options, options.settings, console);
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     if (!options.from.empty()) pipeline::OutputFolder::finish_interrupted(options.from);
-    const auto [in, settings] =
+    const auto [in, given] =
         read_input(options.input, options.allow, options.settings, options.common.device, record, folder);
+    TextureOptions done = options;
+    done.settings = pipeline::with_target(given, in.mesh.faces.size());
     io::PhotoCache photos(in.scene);
     write_views(in, folder);
     const pipeline::Input input = in.input();
-    const pipeline::Run run{input, settings, photos, record};
+    const pipeline::Run run{input, done.settings, photos, record};
     std::optional<pipeline::TexturedFiles> files;
     try {
       files = options.from.empty() ? pipeline::texture_into(run, folder)
@@ -107,8 +110,8 @@ void run_texture(const TextureOptions& options, Console& console) {
                                  with_cures(too_little.what(), too_little.cures()), without_in_tiles(options)));
       folder.start_over();
       write_views(in, folder);
-      tiles::texture_in_tiles(run, program_version(), folder);
-      TextureOptions done = options;
+      tiles::texture_in_tiles({input, given, photos, record}, program_version(), folder);
+      done.settings = given;
       done.settings.output.normals = false;
       done.settings.output.gltf = io::GltfContainer::glb;
       return {options_json(done), Json::object(), (options.out / "tileset.json").string()};
@@ -121,12 +124,13 @@ void run_texture(const TextureOptions& options, Console& console) {
     for (const char* name : {"model.obj", "model.glb", "model.gltf", "preview.png"})
       if (std::ranges::count(folder.promised(), name) > 0)
         models += (models.empty() ? "" : "\n") + (options.out / name).string();
-    return {options_json(options), evaluate::device_json(textured.device), models};
+    return {options_json(done), evaluate::device_json(textured.device), models};
   });
   tiles::remove_job(options.out);
 }
 
 void run_tileset(const TilesetOptions& options, Console& console) {
+  refuse_contradictions(options.settings);
   refuse_overwriting(options.input, options.out, {"tileset.json"});
   note_kept_work(options, options.settings, console);
   run_command("tileset", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {

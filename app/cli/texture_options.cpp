@@ -36,7 +36,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   gpvc texture colmap mesh.ply -o look --preview
   gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force
   gpvc texture colmap mesh.ply --from out --allow roof.json -o out2
-  gpvc texture colmap mesh.ply -o web --max-pages 1 --page-size 4096 --unseen drop
+  gpvc texture colmap mesh.ply -o web --target web --max-bytes 20M
 
 Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb (or model.gltf and model.bin),
 preview.png, misfit.png (how well photos fit each other at cuts: green well, red 2 px apart),
@@ -44,7 +44,8 @@ views.json, labels.npy (view per face), tags.npy (0 seen, 1 partly, 2 filled, 3 
 faces.npy (GLB triangle to input face), source_faces.npy (face to the polygon it was cut from,
 where there are any), offset.txt where coordinates are large, metadata.xml where their reference
 system is known (SRS and SRSOrigin, as ContextCapture writes them), run.json; with --editable or
---from edit-views.bin, edit-model.bin and edit-hashes.txt.
+--from edit-views.bin, edit-model.bin and edit-hashes.txt. With --target web model.glb is for
+browsers, and faces.npy is in its order; model.obj and its pages are as ever.
 
 )") + kRulesHelp +
                  R"(Where floats would round coordinates noticeably (UTM, for example), model.obj and model.glb are

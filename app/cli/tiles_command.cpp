@@ -114,6 +114,7 @@ void protect_unit_folders(const TilesOptions& options, bool has_job, const std::
 
 void run_tiles(const TilesOptions& options, Console& console) {
   check_places(options.input);
+  refuse_contradictions(options.settings.texture);
   refuse_overwriting(options.input, options.out, {"job.json", "plan.json"});
   const bool has_job = io::is_file(options.out / "job.json");
   run_command("tiles", options, console, [&](RunRecord& record, results::OutputFolder& folder) -> RunFacts {

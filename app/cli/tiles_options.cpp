@@ -50,7 +50,9 @@ CLI::App* add_unit(CLI::App& parent, UnitOptions& options) {
       "--clean", options.clean,
       "With --all: once the result is complete, remove what units have left for each "
       "other (JOB/units); a later --all then runs all of them again");
-  add_settings(*app, options.limits, [](const pipeline::OptionInfo& info) { return info.is_memory(); });
+  add_settings(*app, options.limits, [](const pipeline::OptionInfo& info) {
+    return info.is_amount() && info.affects == pipeline::Affects::nothing;
+  });
   add_common(*app, options.common, R"(Examples:
   gpvc unit job see-0-3 --threads 4 --memory 2G
   gpvc unit job --all --clean

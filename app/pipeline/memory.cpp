@@ -219,6 +219,15 @@ double MemoryPlan::peak() const {
 
 namespace {
 
+// For the web, pages are decoded and encoded anew, one on each thread: three bytes of a texel decoded, half as many as WebP has
+// them, and one of the encoder's.
+double web_pages_bytes(const Workload& work, const Settings& settings, int threads) {
+  constexpr double kTexel = 5.5;
+  if (settings.output.target == Target::full) return 0;
+  const double page = static_cast<double>(settings.atlas.page_size) * settings.atlas.page_size;
+  return kTexel * std::min(work.texels, page * threads);
+}
+
 // Entries are also sorted by face.
 double held_by(const visibility::CoverageTable& coverage) {
   return static_cast<double>(coverage.entries.size() * (sizeof(visibility::FaceCoverage) + sizeof(std::uint32_t)) +
@@ -262,7 +271,9 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
 
 MemoryPlan plan_memory(const Input& input, const Settings& settings) {
   const Workload work = workload(input, settings);
-  return plan_for(work, memory_need(work, usable_threads()), settings);
+  MemoryNeed need = memory_need(work, usable_threads());
+  need.write += web_pages_bytes(work, settings, usable_threads());
+  return plan_for(work, need, settings);
 }
 
 MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,

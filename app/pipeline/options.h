@@ -39,7 +39,7 @@ GPVC_MEMBERS(AtlasOptions, page_size, padding, align, seams, blend, blend_cost, 
 
 namespace gpvc::pipeline {
 GPVC_MEMBERS(ViewRule, region, allow, views, name)
-GPVC_MEMBERS(OutputSettings, texture, quality, gltf, normals, lit, up)
+GPVC_MEMBERS(OutputSettings, target, max_bytes, webp_quality, jpeg_fallback, texture, quality, gltf, normals, lit, up)
 GPVC_MEMBERS(Settings, visibility, device, costs, allow_misfit, allow_unseen, view_rules, edge_weights, solver, atlas,
              output, memory_bytes, keep_work, editable)
 
@@ -50,7 +50,7 @@ enum class Affects { views, labels, pages, page_files, models, nothing };
 /// The results that an option is for: all; those of one process, which jobs are not; those that are one model.
 enum class For { all, one_process, one_model };
 
-inline constexpr std::string_view kBytes = "SIZE";  ///< the kind of an amount of memory
+inline constexpr std::string_view kBytes = "SIZE";  ///< the kind of an amount of bytes
 
 struct OptionInfo {
   const char* name;  ///< "page-size"
@@ -60,7 +60,8 @@ struct OptionInfo {
   const char* kind = "";        ///< of a number: "PX"
   double least = 0, most = 0;   ///< of a number
   const char* help = "";
-  bool is_memory() const { return kind == kBytes; }  // texts are compared: the same literal may lie at several places
+  const char* unset = "";                            ///< of an amount of bytes: what is taken where none is given
+  bool is_amount() const { return kind == kBytes; }  // texts are compared: the same literal may lie at several places
 };
 
 template <typename Value>
@@ -83,7 +84,8 @@ constexpr const auto& names_of(atlas::PhotoAlignment) { return atlas::kPhotoAlig
 constexpr const auto& names_of(atlas::SeamLeveling) { return atlas::kSeamLevelingNames; }
 constexpr const auto& names_of(atlas::Blending) { return atlas::kBlendingNames; }
 constexpr const auto& names_of(atlas::UnseenFaces) { return atlas::kUnseenFacesNames; }
-constexpr const auto& names_of(io::ImageFormat) { return io::kImageFormatNames; }
+constexpr const auto& names_of(Target) { return kTargetNames; }
+constexpr const auto& names_of(io::ImageFormat) { return kPageFormatNames; }
 constexpr const auto& names_of(io::GltfContainer) { return io::kGltfContainerNames; }
 constexpr const auto& names_of(KeepWork) { return kKeepWorkNames; }
 constexpr const auto& names_of(const std::optional<io::UpAxis>&) { return kUps; }
@@ -122,6 +124,12 @@ template <typename Value>
 Option<Value> text(Value& value, const char* name, Affects affects, const char* group, const char* kind,
                    const char* help) {
   return {value, {name, affects, For::all, group, kind, 0, 0, help}};
+}
+/// An amount of bytes. \param unset what is taken where none is given
+template <typename Value>
+Option<Value> amount(Value& value, const char* name, Affects affects, const char* group, const char* unset,
+                     const char* help) {
+  return {value, {name, affects, For::all, group, kBytes.data(), 0, 0, help, unset}};
 }
 template <typename Value>
 Option<Value> only(For result, Option<Value> option) {
@@ -219,6 +227,21 @@ template <io::Like<OutputSettings> T>
 auto options_of(T& o) {
   using enum Affects;
   return std::tuple(
+      offered(
+          o.target, "target", models, kOutput,
+          "full: GLBs that every viewer opens; web: small ones for browsers. WebP pages (EXT_texture_webp), geometry "
+          "quantized to 16 bits and compressed (KHR_mesh_quantization, EXT_meshopt_compression), a model on one page "
+          "unless "
+          "more are allowed"),
+      only(For::one_model,
+           amount(o.max_bytes, "max-bytes", models, kOutput, "150M",
+                  "For the web: most bytes of model.glb, as 20M. Texels, and where that is not enough quality, are "
+                  "reduced to stay below")),
+      number(o.webp_quality, "webp-quality", models, kOutput, "N", 1, 100,
+             "For the web: quality of the pages, 1 to 100"),
+      offered(o.jpeg_fallback, "jpeg-fallback", models, kOutput,
+              "For the web: leave out the JPEGs of a quarter of the pages' width and height that viewers without WebP "
+              "take"),
       offered(o.texture, "texture", page_files, kOutput,
               "Format of the pages: jpg is quick to write and load, png is lossless"),
       // Pages of two qualities may be those of one model.
@@ -256,7 +279,7 @@ auto options_of(T& o) {
               o.edge_weights, "edge-weights", labels, kResearch,
               "What a seam's cost is multiplied by: 1, the length of the edge, its flatness (seams are less visible "
               "in folds), or both"),
-          number(o.memory_bytes, "memory", nothing, kMachine, kBytes.data(), 0, 0,
+          amount(o.memory_bytes, "memory", nothing, kMachine, "what the scene needs, 70 % of what is free at most",
                  "Stay below this much memory (600M, 4G). More of it decodes fewer photos twice; the model is the "
                  "same. A scene that does not fit is textured in tiles"),
           only(For::one_process,
@@ -298,7 +321,7 @@ bool is_sound(const Value& value, const Value& unset, const OptionInfo& info) {
     return name_of(names_of(value), value) != nullptr;
   } else if constexpr (std::is_arithmetic_v<Value> && !std::same_as<Value, bool>) {
     const auto number = static_cast<double>(value);
-    return value == unset || info.is_memory() || (number >= info.least && number <= info.most);
+    return value == unset || info.is_amount() || (number >= info.least && number <= info.most);
   } else {
     return true;
   }

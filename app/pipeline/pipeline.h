@@ -25,6 +25,7 @@
 #include "settings.h"
 #include "view_rules.h"
 #include "viewpoint.h"
+#include "web_model.h"
 
 namespace gpvc::pipeline {
 

@@ -16,7 +16,23 @@
 
 namespace gpvc::pipeline {
 
+/// Whom models are for. full: every viewer, and whoever works on with them. web: browsers, see io::GltfCoding::quantized and
+/// web_model.h; the OBJ is the same. Limits that go with it come by with_target().
+enum class Target { full, web };
+inline constexpr Named<Target> kTargetNames[] = {{"full", Target::full}, {"web", Target::web}};
+
+/// What a model for the web takes at most unless it is told otherwise: what WebODM's viewer loads.
+inline constexpr std::size_t kWebBytes = 150'000'000;
+
+/// The formats of pages beside an OBJ.
+inline constexpr Named<io::ImageFormat> kPageFormatNames[] = {{"jpg", io::ImageFormat::jpg},
+                                                              {"png", io::ImageFormat::png}};
+
 struct OutputSettings {
+  Target target = Target::full;
+  std::size_t max_bytes = 0;  ///< for the web: of model.glb, or of its parts without fallbacks; 0: kWebBytes
+  int webp_quality = 85;      ///< of pages for the web
+  bool jpeg_fallback = true;  ///< pages for the web have one, for readers without WebP
   io::ImageFormat texture = io::ImageFormat::jpg;
   int quality = 95;  ///< of JPEG pages
   io::GltfContainer gltf = io::GltfContainer::glb;

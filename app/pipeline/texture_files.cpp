@@ -9,6 +9,7 @@
 
 #include "app/pipeline/misfit_picture.h"
 #include "app/pipeline/render_model.h"
+#include "app/pipeline/web_model.h"
 #include "io/freed_memory.h"
 #include "io/images.h"
 #include "io/npy.h"
@@ -124,6 +125,7 @@ io::ModelOptions model_options(const Input& input, std::span<const ViewId> label
                               input.scene, input.views);
   model.normals = settings.normals;
   model.lit = settings.lit;
+  if (settings.target == Target::web) model.coding = io::GltfCoding::quantized;
   model.pageless_faces = false;
   // Reference systems of meshes have heights along z.
   model.up = settings.up ? *settings.up : own_system ? io::UpAxis::pos_z : scene_up(input.scene, input.views);
@@ -241,11 +243,14 @@ WrittenModel ModelFiles::finish(const io::TexturedModel& model, const atlas::Cut
   const io::TexturedModel shown = drops ? without_dropped(model, tags_, unseen) : model;
   auto gltf = std::async(std::launch::async, [&] {
     if (last_page_.valid()) last_page_.get();
-    io::GltfFiles files =
-        io::write_gltf(folder_.in_making() / "model", run_.settings.output.gltf, shown, pages_, options_);
-    io::write_npy_as<std::uint32_t>(faces_file_, files.faces);
-    free_memory(files.faces);
-    return files;
+    const fs::path stem = folder_.in_making() / "model";
+    const OutputSettings& output = run_.settings.output;
+    WebModel made = output.target == Target::web
+                        ? write_web_model(run_, stem, shown, pages_, options_)
+                        : WebModel{io::write_gltf(stem, output.gltf, shown, pages_, options_), {}, 0};
+    io::write_npy_as<std::uint32_t>(faces_file_, made.files.faces);
+    free_memory(made.files.faces);
+    return made;
   });
   const io::UpAxis up =
       run_.input.mesh.file_positions.empty() ? options_.up : scene_up(run_.input.scene, run_.input.views);
@@ -253,7 +258,13 @@ WrittenModel ModelFiles::finish(const io::TexturedModel& model, const atlas::Cut
   if (!cuts.where.empty())
     io::write_image(folder_.file("misfit.png"),
                     misfit_picture(run_.input.mesh, preview.image, preview.from, cuts.where), io::ImageFormat::png, 0);
-  promise_gltf(gltf.get(), run_.settings.output.gltf, folder_, run_.observer);
+  const WebModel made = gltf.get();
+  promise_gltf(made.files, run_.settings.output.gltf, folder_, run_.observer);
+  if (run_.settings.output.target == Target::web) {
+    if (!made.files.buffers.empty())
+      for (const fs::path& page : made.pages.written) folder_.file(page.filename());
+    report(made, run_.observer);
+  }
   return {preview.from, kBackground, options_.up, options_.offset};
 }
 

@@ -18,6 +18,7 @@
 #include "app/tiles/plan_text.h"
 #include "app/tiles/tile_work.h"
 #include "app/tileset/placing.h"
+#include "app/tileset/tile_files.h"
 #include "app/tileset/tile_tree.h"
 #include "io/output_file.h"
 #include "io/photos.h"
@@ -230,6 +231,7 @@ std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input
   // They would differ along the borders of tiles.
   job.model.normals = job.tiles_model.normals = false;
   job.tiles_model.copyright = settings.tiles.copyright;
+  job.tiles_model.coding = tileset::tile_coding(settings.texture.output, settings.tiles.compress);
   job.color_profile = pipeline::profile_of_photos(run);
   job.tie_points = checks::read_tie_points(input.scene, observer);
   job.listed = pipeline::listed_vertices(settings.texture.view_rules, input.mesh);

@@ -115,7 +115,7 @@ void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
     if (pipeline::has_offset(job_.model)) pipeline::write_offset(job_.model, obj / pipeline::kOffsetFile);
     if (!job_.model.srs.empty()) pipeline::write_metadata(job_.model, obj / pipeline::kMetadataFile);
   }
-  tileset::write_tile(glb, model, job_.tiles_model, job_.settings.tiles.compress);
+  tileset::write_tile(glb, model, job_.tiles_model, settings.output, folder_.unit(unit.name));
   note_output(glb);
   if (finest) {
     for (const io::PageFile& page : pages.files()) note_output(page.file);

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "app/pipeline/texture_files.h"
-#include "app/tileset/compressed_glb.h"
+#include "app/pipeline/web_model.h"
 #include "io/vector.h"
 
 namespace gpvc::tileset {
@@ -115,13 +115,24 @@ void add_photos(TileModel& tile, const Scene& scene, std::span<const std::uint32
   for (const std::uint32_t f : faces) tile.photos.of_face.push_back(row[labels[f]]);
 }
 
-void write_tile(const std::filesystem::path& glb, TileModel& tile, const io::ModelOptions& options, bool compress) {
+void write_tile(const std::filesystem::path& glb, TileModel& tile, const io::ModelOptions& options,
+                const pipeline::OutputSettings& settings, const std::filesystem::path& scratch_folder) {
   tile.mesh.file_positions.clear();
   tile.model.mesh = &tile.mesh;
+  const bool for_web = settings.target == pipeline::Target::web;
+  pipeline::WebPages web;
+  if (for_web)
+    web = pipeline::write_web_pages(tile.pages, scratch_folder / glb.stem(), settings, io::GltfContainer::glb);
   std::filesystem::path stem = glb;
-  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, tile.model, tile.pages, options,
-                 tile.photos.name.empty() ? nullptr : &tile.photos);
-  if (compress) compress_geometry(glb);
+  io::write_gltf(stem.replace_extension(), io::GltfContainer::glb, tile.model, for_web ? web.files : tile.pages,
+                 options, tile.photos.name.empty() ? nullptr : &tile.photos);
+  web.remove();
+}
+
+io::GltfCoding tile_coding(const pipeline::OutputSettings& settings, bool compress) {
+  return settings.target == pipeline::Target::web ? io::GltfCoding::quantized
+         : compress                               ? io::GltfCoding::compressed
+                                                  : io::GltfCoding::plain;
 }
 
 }  // namespace gpvc::tileset

@@ -49,8 +49,12 @@ TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t
 void add_photos(TileModel& tile, const Scene& scene, std::span<const std::uint32_t> faces,
                 std::span<const ViewId> labels);
 
-/// Writes NAME.glb; changes the tile, which has the coordinates of the scene from then on. \param compress its geometry. Throws
-/// OutputError.
-void write_tile(const std::filesystem::path& glb, TileModel& tile, const io::ModelOptions& options, bool compress);
+/// Writes NAME.glb, for the web with WebP pages; changes the tile, which has the coordinates of the scene from then on. \param
+/// scratch_folder for those pages until they are in the GLB. Throws OutputError.
+void write_tile(const std::filesystem::path& glb, TileModel& tile, const io::ModelOptions& options,
+                const pipeline::OutputSettings& settings, const std::filesystem::path& scratch_folder);
+
+/// How a tile's geometry is stored. \param compress for a target that does not ask for more
+io::GltfCoding tile_coding(const pipeline::OutputSettings& settings, bool compress);
 
 }  // namespace gpvc::tileset

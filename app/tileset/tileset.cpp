@@ -120,6 +120,7 @@ class TilesetMaker {
           pipeline::model_options(input, chosen.selection.labels, settings.output, pipeline::Coordinates::of_scene);
       options_.normals = false;  // they would differ along the borders of tiles
       options_.copyright = settings_.copyright;
+      options_.coding = tile_coding(settings.output, settings_.compress);
       keep_used_views(chosen.selection.labels);
     }
     atlas::AtlasInput from =
@@ -167,7 +168,7 @@ class TilesetMaker {
       observer_.check_cancelled();
       TileModel model = tile_model(atlas.model, faces[t], pages, drop);
       add_photos(model, input_.scene, faces[t], chosen.selection.labels);
-      write_tile(folder_.in_making() / tiles[t].file, model, options_, settings_.compress);
+      write_tile(folder_.in_making() / tiles[t].file, model, options_, run_.settings.output, folder_.in_making());
       for (const WorldPoint& p : model.mesh.positions) tiles[t].box.add(tile_from_world(options_, p));
       if (level.number > 0) tiles[t].error = geometric_error(level.error[t], level.texel_size);
     });

@@ -20,7 +20,7 @@ auto options_of(T& o) {
           "Faces of a tile of the finest level: as few tiles are made as have no more than N each, 100 or more"),
       pipeline::offered(o.compress, "compress", models, pipeline::kSize,
                         "Compress the geometry of GLBs without loss, for viewers that know EXT_meshopt_compression: "
-                        "CesiumJS, three.js"),
+                        "CesiumJS, three.js; for the web it is compressed in any case"),
       pipeline::offered(o.copyright, "copyright", models, pipeline::kOutput,
                         "Whose the tiles are, which viewers show: asset.copyright of tileset.json and of the GLBs"),
       pipeline::offered(o.place, "place", models, pipeline::kOutput,

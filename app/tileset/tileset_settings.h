@@ -17,7 +17,7 @@ struct Place {
 
 struct TilesetSettings {
   std::size_t faces_per_tile = 50000;  ///< at most, which nearly all leaves have
-  bool compress = false;               ///< geometry of the tiles' GLBs, see compress_geometry()
+  bool compress = false;               ///< geometry of the tiles' GLBs: io::GltfCoding::compressed
   std::string copyright{};             ///< for viewers to show; empty: none
   std::optional<Place> place{};        ///< for a scene without a reference system
 };

@@ -90,7 +90,8 @@ struct Glb {
       return binary.substr(view.value("byteOffset", std::size_t{0}), view["byteLength"].get<std::size_t>());
     const Json& packed = view["extensions"]["EXT_meshopt_compression"];
     const auto count = packed["count"].get<std::size_t>(), stride = packed["byteStride"].get<std::size_t>();
-    const auto* from = reinterpret_cast<const unsigned char*>(binary.data()) + packed["byteOffset"].get<std::size_t>();
+    const auto* from =
+        reinterpret_cast<const unsigned char*>(binary.data()) + packed.value("byteOffset", std::size_t{0});
     const auto bytes = packed["byteLength"].get<std::size_t>();
     std::string decoded(count * stride, '\0');
     const int failed = packed["mode"] == "TRIANGLES"
