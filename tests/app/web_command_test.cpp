@@ -185,5 +185,23 @@ TEST_F(WebCommand, TilesAreSmallerAndMeet) {
   EXPECT_LT(after, before * 2 / 3);
 }
 
+TEST_F(WebCommand, UnitsOfJobsMakeTilesForTheWeb) {
+  std::vector<std::string> words = texture(out_, {"--tile-faces", "1500", "--target", "web"});
+  words[0] = "tiles";
+  ASSERT_EQ(run(words).exit_code, 0);
+  const test::Outcome outcome = run({"unit", out_.string(), "--all"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::size_t tiles = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out_)) {
+    EXPECT_NE(entry.path().extension(), ".webp") << entry.path() << " is in its GLB";
+    if (entry.path().extension() != ".glb") continue;
+    ++tiles;
+    const Json json = json_of(entry.path());
+    EXPECT_EQ(std::ranges::count(json["extensionsUsed"], Json("EXT_texture_webp")), 1);
+    EXPECT_EQ(std::ranges::count(json["extensionsRequired"], Json("KHR_mesh_quantization")), 1);
+  }
+  EXPECT_GT(tiles, 2u);
+}
+
 }  // namespace
 }  // namespace gpvc
