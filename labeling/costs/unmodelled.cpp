@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -12,22 +13,20 @@
 #include <vector>
 
 #include "labeling/costs/cells.h"
-#include "labeling/costs/photo_consistency.h"
+#include "labeling/costs/sight_distance.h"
 
 namespace gpvc::labeling {
 namespace {
 
-using Rgb = std::array<float, 3>;
-
 constexpr std::uint32_t kNoSight = 0xFFFFFFFFu;
 
-// Distances are in standard deviations of the difference between two photos of one surface. A doubled contrast counts as much as
-// two of them, structure that has nothing in common as five.
-constexpr float kOfContrast = 2, kOfStructure = 5;
 /// Distance at which two views neither agree nor differ; by one less they agree fully, by one more they differ fully.
 constexpr float kUndecided = 3;
 /// A step that exceeds the least one that any view shows by so much carries exp(-1) of what the cell beside tells.
 constexpr float kStep = 2;
+
+/// Bins of distances, to 16.
+constexpr std::size_t kBins = 256, kBinsPerDeviation = 16;
 
 /// Cells of an area that a view shows something else in.
 constexpr std::size_t kLeastCells = 4;
@@ -36,66 +35,6 @@ constexpr std::size_t kLeastCells = 4;
 constexpr float kPrior = 0.5F, kAround = 4, kLikeness = 2;
 /// Odds grow with this power of the number of views that agree by that of views that differ.
 constexpr float kVotes = 4;
-
-/// Variance of a channel's difference between two photos of a surface.
-float natural_variance(const Rgb& a, const Rgb& b) {
-  const float deviation = natural_deviation((a[0] + a[1] + a[2] + b[0] + b[1] + b[2]) / 6);
-  return 2 * deviation * deviation;
-}
-
-float square(float x) { return x * x; }
-
-float squared_difference(const Rgb& a, const Rgb& b) {
-  return square(a[0] - b[0]) + square(a[1] - b[1]) + square(a[2] - b[2]);
-}
-
-/// What two views, or two places, differ by in colour and contrast.
-struct Look {
-  Rgb rgb{};
-  float log_contrast = 0;
-};
-Look look_of(const CellSight& sight) { return {sight.rgb, sight.log_contrast}; }
-
-float squared_distance(const Look& a, const Look& b) {
-  return squared_difference(a.rgb, b.rgb) / natural_variance(a.rgb, b.rgb) +
-         square(kOfContrast * (a.log_contrast - b.log_contrast));
-}
-
-/// Sums over the parts of cells that two views show.
-class StructureSums {
- public:
-  void add(const CellSight& a, const CellSight& b) {
-    for (std::uint32_t shown = a.shown & b.shown, part = 0; shown != 0; shown >>= 1U, ++part) {
-      if ((shown & 1U) == 0) continue;
-      ++parts_;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int x = a.parts[part][c], y = b.parts[part][c];
-        x_[c] += x;
-        y_[c] += y;
-        xx_ += x * x;
-        yy_ += y * y;
-        dd_ += (x - y) * (x - y);
-      }
-    }
-  }
-  /// The variance of the difference by its greatest value, that of two pictures that have nothing in common: 0 to about 1. Where
-  /// both are flat it is near 0.
-  float unlikeness(float natural_variance) const {
-    if (parts_ < 2) return 0;
-    const auto parts = static_cast<float>(parts_);
-    auto own = static_cast<float>(xx_ + yy_), difference = static_cast<float>(dd_);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto x = static_cast<float>(x_[c]), y = static_cast<float>(y_[c]);
-      own -= (square(x) + square(y)) / parts;
-      difference -= square(x - y) / parts;
-    }
-    return std::max(0.0F, difference) / (std::max(0.0F, own) + 3 * parts * natural_variance);
-  }
-
- private:
-  std::int32_t parts_ = 0, xx_ = 0, yy_ = 0, dd_ = 0;  // at most 3 x 255^2 for each part of a dozen cells
-  std::array<std::int32_t, 3> x_{}, y_{};
-};
 
 /// The sight of a view in a cell; kNoSight if it has none there.
 std::uint32_t sight_of(const Grouped<CellSight>& sights, std::uint32_t cell, std::uint32_t view) {
@@ -131,6 +70,7 @@ class MeanField {
     surface_.assign(sights.items.size(), 0.5F);
     is_disputed_.assign(cells.count(), 1);
     for_each_cell([&](std::uint32_t cell) { find_links(cell); });
+    measure_scatter();
     for_each_cell([&](std::uint32_t cell) {
       compare_views(cell);
       settle(cell);
@@ -227,18 +167,63 @@ class MeanField {
     return !photo_of_view_.empty() && photo_of_view_[a] == photo_of_view_[b];
   }
 
-  void compare_views(std::uint32_t cell) {
+  /// Calls body(i, j, distance) for all pairs i < j of the cell's views that are of different photos.
+  template <class Body>
+  void for_each_pair(std::uint32_t cell, const Body& body) const {
     const auto mine = cells_.sights[cell];
     for (std::size_t i = 0; i < mine.size(); ++i)
       for (std::size_t j = i + 1; j < mine.size(); ++j) {
         if (same_photo(mine[i].view, mine[j].view)) continue;
-        const float distance = std::sqrt(squared_distance(look_of(mine[i]), look_of(mine[j])) +
-                                         square(kOfStructure * structure_unlikeness(cell, i, j)));
-        const float agreement = std::clamp(kUndecided - distance, -1.0F, 1.0F);
-        const auto stored = static_cast<std::int8_t>(std::lround(kUnit * agreement));
-        pairs_[first_pair_[cell] + i * mine.size() + j] = stored;
-        pairs_[first_pair_[cell] + j * mine.size() + i] = stored;
+        body(i, j,
+             std::sqrt(squared_distance(look_of(mine[i]), look_of(mine[j])) +
+                       square(kOfStructure * structure_unlikeness(cell, i, j))));
       }
+  }
+
+  /// A photo that is off by a pixel or two, or out of focus, differs from the others all over the mesh, and that is no sign of
+  /// other things. Blurred photos resemble each other more than sharp ones do, and would outvote them. So distances are measured by
+  /// the lower quartile of those between the photo and the others, which are of the surface unless things hide three quarters of
+  /// it. Noise alone has a quartile of one standard deviation at most. From some tens of thousands of cells.
+  void measure_scatter() {
+    constexpr std::size_t kCells = 1U << 15U;
+    const auto stride = static_cast<std::uint32_t>(cells_.count() / kCells + 1);
+    std::uint32_t views = 0;
+    for (const CellSight& sight : cells_.sights.items) views = std::max(views, sight.view + 1);
+    std::vector<std::atomic<std::uint32_t>> counts(views * kBins);
+    for_each_cell([&](std::uint32_t cell) {
+      if (cell % stride != 0) return;
+      const auto mine = cells_.sights[cell];
+      for_each_pair(cell, [&](std::size_t i, std::size_t j, float distance) {
+        const auto bin =
+            std::min(static_cast<std::size_t>(distance * static_cast<float>(kBinsPerDeviation)), kBins - 1);
+        for (const std::uint32_t view : {mine[i].view, mine[j].view})
+          counts[view * kBins + bin].fetch_add(1, std::memory_order_relaxed);
+      });
+    });
+    scatter_.reserve(views);
+    for (std::uint32_t view = 0; view < views; ++view)
+      scatter_.push_back(std::max(1.0F, lower_quartile(std::span(counts).subspan(view * kBins, kBins))));
+  }
+
+  /// 0 of none.
+  static float lower_quartile(std::span<const std::atomic<std::uint32_t>> bins) {
+    double quarter = 0;
+    for (const std::atomic<std::uint32_t>& bin : bins) quarter += bin / 4.0;
+    if (!(quarter > 0)) return 0;
+    std::size_t bin = 0;
+    for (; bins[bin] < quarter; ++bin) quarter -= bins[bin];
+    return static_cast<float>(static_cast<double>(bin) + quarter / bins[bin]) / static_cast<float>(kBinsPerDeviation);
+  }
+
+  void compare_views(std::uint32_t cell) {
+    const auto mine = cells_.sights[cell];
+    for_each_pair(cell, [&](std::size_t i, std::size_t j, float distance) {
+      const float scatter = std::sqrt((square(scatter_[mine[i].view]) + square(scatter_[mine[j].view])) / 2);
+      const float agreement = std::clamp(kUndecided - distance / scatter, -1.0F, 1.0F);
+      const auto stored = static_cast<std::int8_t>(std::lround(kUnit * agreement));
+      pairs_[first_pair_[cell] + i * mine.size() + j] = stored;
+      pairs_[first_pair_[cell] + j * mine.size() + i] = stored;
+    });
   }
 
   /// Where no two views differ, and some agree, all show the surface: nothing around would change that.
@@ -381,6 +366,7 @@ class MeanField {
   std::vector<std::int8_t> pairs_;                    ///< by cell, all pairs of its views
   std::vector<std::uint8_t> is_disputed_;             ///< by cell
   std::vector<float> likeness_, agreeing_, surface_;  ///< by sight
+  std::vector<float> scatter_;                        ///< by view, what its distances are divided by
 };
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace gpvc::labeling {
 /// from where all agree, while those of the canopy begin with a step at its outline.
 ///
 /// Each view of each cell has a probability that it shows the surface, by the mean field of a model in which it is raised by
-/// - the views of the cell that agree with it, and lowered by those that differ;
+/// - the views of the cell that agree with it, and lowered by those that differ by more than such photos do everywhere;
 /// - the same view's probability in the cells beside, but across steps that it alone shows;
 /// - the likeness of its colour and contrast to what photos agree on in the surroundings.
 /// Where no two photos agree, as in trees that move, a face keeps one view at least, and which is refused is left to chance.

@@ -5,6 +5,7 @@
 #include "app/texrecon/view_numbers.h"
 #include "io/images.h"
 #include "io/mesh.h"
+#include "io/scene_files.h"
 #include "tests/app/app_fixture.h"
 
 namespace gpvc {
