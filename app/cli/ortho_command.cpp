@@ -84,7 +84,8 @@ ortho::TexturedSurface surface_of_scene(const OrthoCommandOptions& options, orth
 void run_ortho(const OrthoCommandOptions& options, Console& console) {
   const bool has_scene = !options.input.scene.empty() && !options.input.mesh.empty();
   if (options.from.empty() && !has_scene)
-    throw UsageError("SCENE and MESH are missing, or --from with what is textured already");
+    throw UsageError(options.input.scene.empty() ? "SCENE and MESH are missing, or --from with what is textured already"
+                                                 : "MESH is missing after SCENE");
   if (options.from.empty()) note_kept_work(options, options.settings, console);
   run_command("ortho", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     ortho::PageStore pages(folder.in_making());

@@ -228,7 +228,7 @@ TEST_F(OrthoCommand, RefusesBadUsage) {
   };
   EXPECT_TRUE(contains(complaint({"ortho", "-o", out_.string()}), "SCENE and MESH are missing"));
   EXPECT_TRUE(
-      contains(complaint({"ortho", (scene_ / "colmap").string(), "-o", out_.string()}), "SCENE and MESH are missing"));
+      contains(complaint({"ortho", (scene_ / "colmap").string(), "-o", out_.string()}), "MESH is missing after SCENE"));
   EXPECT_TRUE(contains(complaint(ortho(out_, {"--bounds", "1,2,0,3"})), "'1,2,0,3' is not WEST,SOUTH,EAST,NORTH"));
   EXPECT_TRUE(contains(complaint(ortho(out_, {"--compress", "gif"})), "'gif' is none of deflate|lzw|zstd|jpeg|webp"));
   EXPECT_TRUE(contains(complaint(ortho(out_, {"--gsd", "0"})), "--gsd: '0' is not a number from"));
