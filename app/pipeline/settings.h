@@ -16,8 +16,8 @@
 
 namespace gpvc::pipeline {
 
-/// Whom models are for. full: every viewer, and whoever works on with them. web: browsers, see io::GltfCoding::quantized and
-/// web_model.h; the OBJ is the same. Limits that go with it come by with_target().
+/// The viewers that model.glb is written for. full: all of them, and programs that edit it. web: browsers, which get a small file
+/// (io::GltfCoding::quantized, web_model.h). model.obj is the same for both. with_target() sets the limits of bytes and pages.
 enum class Target { full, web };
 inline constexpr Named<Target> kTargetNames[] = {{"full", Target::full}, {"web", Target::web}};
 

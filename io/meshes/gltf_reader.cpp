@@ -134,8 +134,8 @@ tinygltf::Model parse_gltf(const fs::path& file) {
   if (view.size() > 0xFFFFFFFFu) throw InputError(file, "", expected + " of less than 4 GiB");
   const std::string_view json = binary ? json_of(file, view) : view;
   check_depth(file, json);
-  const std::optional<std::string> placeholders = with_placeholders(view, json, binary);
-  const std::string_view given = placeholders ? *placeholders : view;
+  const std::optional<std::string> filled = fill_fallback_buffers(view, json, binary);
+  const std::string_view given = filled ? *filled : view;
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(keep_bytes, nullptr);
   loader.SetFsCallbacks(file_callbacks());

@@ -107,7 +107,7 @@ void append_word(std::string& to, std::size_t value) {
 
 }  // namespace
 
-std::optional<std::string> with_placeholders(std::string_view file, std::string_view json, bool binary) {
+std::optional<std::string> fill_fallback_buffers(std::string_view file, std::string_view json, bool binary) {
   if (json.find(kMeshoptCompression) == std::string_view::npos) return std::nullopt;
   Json gltf = Json::parse(json, nullptr, false);
   if (!gltf.is_object() || !gltf.contains("buffers") || !gltf["buffers"].is_array()) return std::nullopt;

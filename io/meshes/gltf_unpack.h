@@ -11,10 +11,10 @@
 
 namespace gpvc::io {
 
-/// A file with packed arrays as tinygltf takes it, which wants bytes for every buffer: those that a file gives in packed form alone
-/// become a byte, until unpack_views() is called. nullopt where there are none, or the file is no JSON. \param json of `file`
-/// \param binary is a GLB
-std::optional<std::string> with_placeholders(std::string_view file, std::string_view json, bool binary);
+/// Makes a file with packed arrays readable for tinygltf, which refuses buffers without bytes: the fallback buffers of
+/// EXT_meshopt_compression, which the file gives in packed form alone, get one byte each. Their arrays are valid after unpack_views().
+/// Returns the changed file; nullopt where it has no such buffer or is no JSON. \param json of `file` \param binary is a GLB
+std::optional<std::string> fill_fallback_buffers(std::string_view file, std::string_view json, bool binary);
 
 /// Gives each packed buffer view a buffer of its own with what it holds. Throws InputError where that is damaged, or more than
 /// its bytes can hold. O(bytes).
