@@ -15,6 +15,7 @@
 #include "error.h"
 #include "file_hashes.h"
 #include "image.h"
+#include "samples.h"
 #include "scene.h"
 #include "work_store.h"
 
@@ -55,6 +56,11 @@ class PhotoSource {
   virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
   /// The coarse_image() of the view's photo. Throws InputError.
   virtual std::shared_ptr<const Image> coarse(ViewId view);
+  /// What the samples of all photos are; null: photo() gives all that photos have, RGB of 8 bits.
+  virtual const BandSet* bands() const { return nullptr; }
+  /// What photo() is the picture of: the same size, pixel by pixel, excluded pixels painted over alike. A source that decodes files gets both
+  /// from one decoding. Throws InputError. \pre bands()
+  virtual std::shared_ptr<const Samples> samples(ViewId /*view*/) { return nullptr; }
   /// Stands for what photo() and exclusion() give for the view. nullopt: unknown, so that no result made from the view is
   /// kept for another run. Throws InputError.
   virtual std::optional<WorkKey> key(ViewId /*view*/) { return std::nullopt; }
@@ -158,6 +164,8 @@ class CoarsePhotos final : public PhotoSource {
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override { return photos_.exclusion(view); }
   /// Throws OutputError as well, where what was kept cannot be read.
   std::shared_ptr<const Image> coarse(ViewId view) override;
+  const BandSet* bands() const override { return photos_.bands(); }
+  std::shared_ptr<const Samples> samples(ViewId view) override { return photos_.samples(view); }
   std::optional<WorkKey> key(ViewId view) override { return photos_.key(view); }
   void keep_at_most(std::size_t bytes) override { photos_.keep_at_most(bytes); }
   void free_buffers() override { photos_.free_buffers(); }

@@ -13,10 +13,9 @@
 #include "error.h"
 #include "names.h"
 #include "progress.h"
+#include "samples.h"
 
 namespace gpvc::io {
-
-enum class SampleType { u8, u16, u32, f32 };
 
 /// deflate, lzw and zstd are lossless; jpeg and webp are for colours of 8 bits.
 enum class RasterCompression { deflate, lzw, zstd, jpeg, webp };

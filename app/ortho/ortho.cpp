@@ -79,7 +79,7 @@ class OrthoFiles {
     const bool lossless = io::is_lossless(settings.compress);
     io::RasterInfo heights = raster_info(grid, frame);
     heights.bands = {"height"};
-    heights.type = io::SampleType::f32;
+    heights.type = SampleType::f32;
     heights.nodata = kNoHeight;
     heights.compression = lossless ? settings.compress : io::RasterCompression::deflate;
     heights_.emplace(folder.file(kHeightFile), heights);
@@ -91,7 +91,7 @@ class OrthoFiles {
     // kNoPhoto is clamped to the largest value of either type.
     const auto is_small = [](std::uint32_t number) { return number == kNoPhoto || number < 0xFFFFU; };
     const bool few = std::ranges::all_of(surface.photo, is_small);
-    photos.type = few ? io::SampleType::u16 : io::SampleType::u32;
+    photos.type = few ? SampleType::u16 : SampleType::u32;
     photos.nodata = few ? 0xFFFFU : kNoPhoto;
     photos_.emplace(folder.file(kPhotoFile), photos);
   }

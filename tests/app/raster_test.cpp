@@ -60,7 +60,7 @@ TEST(Raster, NumbersAreClampedToTheTypeOfTheFile) {
   io::RasterInfo info = colors(2, 1);
   info.bands = {"photo"};
   info.mask = false;
-  info.type = io::SampleType::u16;
+  info.type = SampleType::u16;
   info.nodata = 65535;
   io::RasterWriter writer(folder.path() / "a.tif", info);
   const std::array<std::uint32_t, 2> numbers{7, 0xFFFFFFFFU};
