@@ -8,6 +8,7 @@
 #include "error.h"
 #include "image.h"
 #include "names.h"
+#include "samples.h"
 
 namespace gpvc::io {
 
@@ -17,6 +18,10 @@ namespace gpvc::io {
 /// been overwritten with zeros (where its Huffman tables show it), and on a claim of more pixels than the file can hold,
 /// or than 2^30. Raw photos need an OpenImageIO with LibRaw.
 Image read_image(const std::filesystem::path& file);
+
+/// Decodes all bands of a photo, and no alpha, as the file stores them: u8, u16 or f32, halves and doubles as f32; 0 for what is no
+/// number. EXIF orientation is not applied. Throws InputError as read_image does, and for samples of other types.
+Samples read_samples(const std::filesystem::path& file);
 
 /// Throws InputError if the photo is a JPEG or PNG that ends too early. Of a JPEG reads the last 64 KiB, where the end marker
 /// is, and the whole file only if it is not; of a PNG the heads of its chunks.

@@ -90,8 +90,13 @@ class PhotoCache final : public PhotoSource {
   PhotoCache& operator=(const PhotoCache&) = delete;
   /// Throws InputError when the photo cannot be decoded whole.
   std::shared_ptr<const Image> photo(ViewId view) override;
-  /// The result of read_exclusion. Where alphas count it comes with the photo, which lives as long; else nothing is kept.
+  /// The result of read_exclusion, and pixels without data in a band. Where alphas count or there are bands it comes with the photo,
+  /// which lives as long; else nothing is kept.
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+  const BandSet* bands() const override;
+  /// To be asked for before photo() where both are wanted: a photo that was decoded for photo() alone is decoded again, since samples
+  /// are kept only where they were asked for. They count towards the limit.
+  std::shared_ptr<const Samples> samples(ViewId view) override;
   /// Of the bytes of the view's files.
   std::optional<WorkKey> key(ViewId view) override;
   void keep_at_most(std::size_t bytes) override;
@@ -147,6 +152,9 @@ std::optional<PhotoExclusion> read_exclusion(const View& view);
 /// True if the view's mask tells other programs all that read_exclusion knows: it is a PNG without alpha, in black and
 /// white alone, and the photo's alpha does not count. Decodes it. Throws InputError.
 bool has_plain_mask(const View& view);
+
+/// The files that a view's photo is read from: the photo or the files of its bands, and the mask.
+std::vector<std::filesystem::path> files_of(const View& view);
 
 /// Per view the first that shows the same photo: the views of a panorama and of a wide fisheye are made from one file.
 std::vector<std::uint32_t> photo_of_view(const Scene& scene);

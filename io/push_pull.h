@@ -5,6 +5,7 @@
 #include <span>
 
 #include "image.h"
+#include "samples.h"
 
 namespace gpvc::io {
 
@@ -12,5 +13,8 @@ namespace gpvc::io {
 /// of 2^n x 2^n pixels around it that has a known one: the mean of the block's four parts that have known pixels. A picture
 /// without a known pixel stays as it is. `parallel`: rows on several threads, with the same result. O(pixels).
 void fill_holes(Image& image, std::span<const std::uint8_t> known, bool parallel);
+
+/// The same of all bands, each mean as a float; on one thread.
+void fill_holes(Samples& samples, std::span<const std::uint8_t> known);
 
 }  // namespace gpvc::io

@@ -21,6 +21,8 @@
 #include <string>
 #include <vector>
 
+#include "samples.h"
+
 namespace gpvc {
 
 struct WorldPoint {
@@ -187,6 +189,19 @@ struct View {
   std::uint32_t number = 0;  ///< the scene's: COLMAP's, which its points refer to; of others the place in their list
   /// Exposure value at ISO 100 that the photo was taken with, by its EXIF data: with one more, a camera gathers half the light.
   std::optional<float> exposure_value{};
+  /// Where a photo's bands lie in several files: these, in the order of the bands; `photo`, whose camera the view has, is one of them.
+  std::vector<std::filesystem::path> band_files{};
+};
+
+/// Where one of View::band_files shows what View::photo shows, the same in all views of a scene: with (x, y) the place in the photo, at
+/// (m[0] x + m[1] y + m[2], m[3] x + m[4] y + m[5]), in pixels of files that are not reduced.
+struct BandPlace {
+  std::array<double, 6> file_from_photo{1, 0, 0, 0, 1, 0};
+  /// How far from there, by the median, pictures of the two files that were compared with each other show it; nullopt: they
+  /// could not be compared.
+  std::optional<double> error_px{};
+  bool operator==(const BandPlace&) const = default;
+  bool moves() const { return file_from_photo != std::array<double, 6>{1, 0, 0, 0, 1, 0}; }
 };
 
 /// Other coordinates that a program writes meshes of the same scene in: x_frame = scale * rotation * (x_scene - origin).
@@ -229,6 +244,9 @@ struct Scene {
   std::filesystem::path read_from{};
   std::vector<std::filesystem::path> files{};  ///< the files that belong to it, except photos and masks
   std::vector<HashedPhoto> circle_photos{};    ///< that Distortion::max_angle of wide fisheyes was found in
+  /// What the photos hold where that is more than grey or RGB of 8 bits; nullopt: it is not.
+  std::optional<BandSet> bands{};
+  std::vector<BandPlace> band_places{};  ///< one for each of View::band_files; none where bands lie in one file
 };
 
 /// Of the whole scene, in its order.

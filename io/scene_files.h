@@ -22,6 +22,12 @@ inline constexpr Named<BadPhoto::Problem> kPhotoProblemNames[] = {
     {"damaged", BadPhoto::Problem::damaged},        {"turned", BadPhoto::Problem::turned},
     {"other shape", BadPhoto::Problem::other_shape}};
 
+/// The files of one band, which are called like the photos.
+struct BandFolder {
+  std::string name;
+  std::filesystem::path folder;
+};
+
 struct SceneOptions {
   /// Folder of the photos, which may lie at any depth and behind links to folders; they are matched by the longest common
   /// tail of their paths. Default: where the scene's file says, then the format's usual folders.
@@ -41,6 +47,13 @@ struct SceneOptions {
   /// Folder of the masks, by the views' names; default: beside the photos.
   std::optional<std::filesystem::path> masks_dir{};
   bool masks = true;  ///< look for masks, and use alpha channels
+  /// Folders with one band each: of all bands, or of those that the photos have not.
+  std::vector<BandFolder> bands{};
+  /// Take files beside a photo that are called like it but for the band (see band_files.h) for the other bands of the photo.
+  bool bands_by_name = true;
+  /// The names or numbers, from 1 on, of the bands that are red, green and blue in what is looked at, or of one that is grey; empty: by
+  /// their names.
+  std::vector<std::string> composite{};
   /// One view for each photo of a fisheye, however wide, whose edges then lie beyond the frame; for writing the scene.
   bool whole_fisheyes = false;
 };

@@ -15,12 +15,15 @@ GPVC_MEMBERS(ShiftField, columns, rows, spacing, nodes)
 GPVC_MEMBERS(Distortion, k1, k2, p1, p2, k3, max_r2, model, k4, d1, d2, d3, p3, p4, s1, s2, skew, omega, k5, k6, s3, s4,
              alpha, beta, a1, a2, a3, motion, lens_from_frame, max_angle, aligned)
 GPVC_MEMBERS(Camera, width, height, fx, fy, cx, cy, distortion)
-GPVC_MEMBERS(View, name, photo, camera, pose, mask, uses_alpha, reduction, number, exposure_value)
+GPVC_MEMBERS(View, name, photo, camera, pose, mask, uses_alpha, reduction, number, exposure_value, band_files)
+GPVC_MEMBERS(Band, name, wavelength_nm, unit)
+GPVC_MEMBERS(BandSet, type, bands, composite, black, white, radiometric)
+GPVC_MEMBERS(BandPlace, file_from_photo, error_px)
 GPVC_MEMBERS(BadPhoto, view, problem, reason)
 GPVC_MEMBERS(SceneFrame, name, rotation, origin, scale, srs)
 GPVC_MEMBERS(HashedPhoto, file, hash)
 GPVC_MEMBERS(Scene, source, views, srs, offset, other_frames, reference, format, warnings, bad_photos, read_from, files,
-             circle_photos)
+             circle_photos, bands, band_places)
 GPVC_MEMBERS(Mesh, positions, faces, source_face, file_positions, file_srs, warnings)
 
 }  // namespace gpvc

@@ -62,7 +62,12 @@ ImageHeader read_other_header(const ImageBytes& image) {
           found.alpha_channel,
           found.linear_light,
           std::move(found.profile),
-          exposure_value(found.exposure_seconds, found.f_number, found.sensitivity)};
+          exposure_value(found.exposure_seconds, found.f_number, found.sensitivity),
+          found.type,
+          std::move(found.type_name),
+          found.colors,
+          std::move(found.bands),
+          found.nodata};
 }
 
 void decode_other(const ImageBytes& image, const SampleRoom& room, std::string_view format) {
@@ -85,6 +90,13 @@ ImageHeader read_header(const ImageBytes& image) {
   return header;
 }
 
+void refuse_other_types(const ImageBytes& image, const ImageHeader& header) {
+  if (!header.type)
+    throw InputError(image.file, image.part,
+                     "holds samples of type " + header.type_name +
+                         "; expected whole numbers of 8 or 16 bits without a sign, or floats");
+}
+
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, std::uint8_t* to) {
   if (header.format == "jpeg")
     decode_jpeg(image, header, to);
@@ -93,14 +105,23 @@ void decode_samples(const ImageBytes& image, const ImageHeader& header, int chan
   else if (header.format == "webp")
     decode_webp(image, channels, to);
   else
-    decode_other(image, {header.width, header.height, channels, false, to}, header.format);
+    decode_other(image, {header.width, header.height, channels, SampleForm::bytes, to}, header.format);
 }
 
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to) {
   if (header.format == "png")
     decode_png(image, header, to);
   else
-    decode_other(image, {header.width, header.height, channels, true, to}, header.format);
+    decode_other(image, {header.width, header.height, channels, SampleForm::reals, to}, header.format);
+}
+
+void decode_stored(const ImageBytes& image, const ImageHeader& header, std::byte* to) {
+  if (header.format == "png" && header.bits == 16)
+    decode_png(image, header, reinterpret_cast<std::uint16_t*>(to));
+  else if (header.format == "jpeg" || header.format == "png" || header.format == "webp")
+    decode_samples(image, header, header.channels, reinterpret_cast<std::uint8_t*>(to));
+  else
+    decode_other(image, {header.width, header.height, header.channels, SampleForm::stored, to}, header.format);
 }
 
 }  // namespace gpvc::io

@@ -18,17 +18,27 @@ struct ImageHeader {
   int bits = 8;            ///< a sample; 0: no integers
   int alpha_channel = -1;  ///< -1: none
   bool linear_light = false;
-  ColorProfile profile;                   ///< empty: none
-  std::optional<float> exposure_value{};  ///< as in View
+  ColorProfile profile;                             ///< empty: none
+  std::optional<float> exposure_value{};            ///< as in View
+  std::optional<SampleType> type = SampleType::u8;  ///< u8, u16 or f32; nullopt: samples of another type
+  std::string type_name{};                          ///< that of OtherHeader, as what follows
+  bool colors = true;
+  std::vector<Band> bands{};
+  std::optional<double> nodata{};
 };
 
 /// Goes by the bytes, not by the name, and checks what they claim. Throws InputError, also for formats that are not accepted.
 ImageHeader read_header(const ImageBytes& image);
 
+/// Throws InputError for samples of another type than those of ImageHeader::type.
+void refuse_other_types(const ImageBytes& image, const ImageHeader& header);
+
 /// Decodes the first `channels` of an image that read_header() knows. A JPEG's, PNG's or WebP's have to be all of them, and a JPEG or
 /// 8-bit image does not become floats. Throws InputError unless the whole picture could be decoded. \pre check_jpeg(image)
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, std::uint8_t* to);
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to);
+/// All channels, the samples as they are stored. \pre header.type
+void decode_stored(const ImageBytes& image, const ImageHeader& header, std::byte* to);
 
 /// Parts of the two above. Printers' inks come as RGB, palettes too; what libjpeg and libpng find wrong that may cost a pixel is an
 /// InputError.
@@ -37,6 +47,7 @@ void decode_jpeg(const ImageBytes& image, const ImageHeader& header, std::uint8_
 ImageHeader read_png_header(const ImageBytes& image);
 void decode_png(const ImageBytes& image, const ImageHeader& header, std::uint8_t* to);
 void decode_png(const ImageBytes& image, const ImageHeader& header, float* to);
+void decode_png(const ImageBytes& image, const ImageHeader& header, std::uint16_t* to);  ///< \pre header.bits == 16
 
 ImageHeader read_webp_header(const ImageBytes& image);
 /// 3 channels, or 4 where there is an alpha channel.

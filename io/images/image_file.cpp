@@ -25,14 +25,6 @@ Image to_rgb(Image&& in, const PixelRoom& room) {
   return out;
 }
 
-/// sRGB's curve, IEC 61966-2-1. Values above white become white, NaN becomes black.
-std::uint8_t srgb_from_linear(float light) {
-  if (!(light > 0)) return 0;
-  if (light >= 1) return 255;
-  const float value = light <= 0.0031308f ? 12.92f * light : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
-  return static_cast<std::uint8_t>(255 * value + 0.5f);
-}
-
 PhotoExclusion zeros_of_channel(const Image& image, int channel) {
   PhotoExclusion zeros = empty_exclusion(image.width, image.height);
   for (int y = 0; y < image.height; ++y)
@@ -62,6 +54,13 @@ Image decode_rgb(const ImageBytes& bytes, const PixelRoom& room, PhotoExclusion*
 
 }  // namespace
 
+std::uint8_t srgb_from_linear(float light) {
+  if (!(light > 0)) return 0;
+  if (light >= 1) return 255;
+  const float value = light <= 0.0031308f ? 12.92f * light : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
+  return static_cast<std::uint8_t>(255 * value + 0.5f);
+}
+
 // In a loop that a compiler makes vectors of.
 void halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, int width, std::uint8_t* to) {
   for (int x = 0; x < width; ++x, upper += 6, lower += 6, to += 3)
@@ -86,9 +85,16 @@ ImageHeader header_of(const fs::path& file) {
 
 }  // namespace
 
-PhotoHeader read_photo_header(const fs::path& file) {
+ImageSize read_image_size(const fs::path& file) {
   const ImageHeader header = header_of(file);
-  return {{header.width, header.height}, header.exposure_value};
+  return {header.width, header.height};
+}
+
+PhotoHeader read_photo_header(const fs::path& file) {
+  ImageHeader header = header_of(file);
+  refuse_other_types({file, "", {}}, header);
+  return {{header.width, header.height}, header.exposure_value, *header.type,  header.channels,
+          header.alpha_channel,          header.linear_light,   header.colors, std::move(header.bands)};
 }
 
 bool is_grey(const fs::path& file) {

@@ -25,11 +25,18 @@ struct ImageSize {
 /// "WIDTH x HEIGHT".
 inline std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
+/// From the header alone. Throws InputError.
+ImageSize read_image_size(const std::filesystem::path& file);
+
 struct PhotoHeader {
   ImageSize size;                         ///< as stored (orientation not applied)
   std::optional<float> exposure_value{};  ///< as in View
+  SampleType type = SampleType::u8;
+  int channels = 3, alpha_channel = -1;  ///< as in ImageHeader, as what follows
+  bool linear_light = false, colors = true;
+  std::vector<Band> bands{};
 };
-/// From the header alone. Throws InputError.
+/// From the header alone. Throws InputError, also for samples of a type that photos can't have.
 PhotoHeader read_photo_header(const std::filesystem::path& file);
 
 /// Bits a sample, and 0 for samples that are no integers. From the header alone. Throws InputError.
@@ -56,6 +63,9 @@ inline Image black_image(int width, int height, int channels) { return image_in(
 Image read_image(const std::filesystem::path& file, const PixelRoom& room, PhotoExclusion* transparent);
 Image reduce_image(const Image& image, int factor, const PixelRoom& room);
 Image continue_around(const Image& panorama, const PixelRoom& room);
+
+/// sRGB's curve, IEC 61966-2-1, in levels of 8 bits. Values above white become white, NaN becomes black.
+std::uint8_t srgb_from_linear(float light);
 
 /// Means of 2 x 2 pixels of 3 channels, rounded to nearest, as reduce_image() has them: `width` of them.
 void halve_rows(const std::uint8_t* upper, const std::uint8_t* lower, int width, std::uint8_t* to);

@@ -65,7 +65,7 @@ fs::path odm_mask(SceneFile& scene, const View& view, FolderNames& names) {
   const fs::path& photo = photo_of(scene, view);
   const fs::path found = names.find(folder_of(photo) / ".." / "masks" / (photo.filename().string() + ".png"));
   if (found.empty()) return {};
-  const ImageSize size = read_photo_header(found).size;
+  const ImageSize size = read_image_size(found);
   if (size.width == view.camera.width && size.height == view.camera.height) return found;
   scene.warnings.push_back(found.string() + " is " + size_text(size.width, size.height) + " pixels, its photo is " +
                            size_text(view.camera.width, view.camera.height) + ": it is not used as a mask");
@@ -169,6 +169,15 @@ PhotoExclusion reduced(const PhotoExclusion& exclusion, int factor) {
   return out;
 }
 
+/// 0 for the excluded ones.
+std::vector<std::uint8_t> known_pixels(const PhotoExclusion& exclusion) {
+  std::vector<std::uint8_t> known;
+  known.reserve(pixel_index(0, exclusion.height, exclusion.width));
+  for (int y = 0; y < exclusion.height; ++y)
+    for (int x = 0; x < exclusion.width; ++x) known.push_back(exclusion.excludes(x, y) ? 0 : 1);
+  return known;
+}
+
 }  // namespace
 
 void find_masks(SceneFile& scene, const SceneOptions& options) {
@@ -191,7 +200,7 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
     View& view = views[i];
     view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);
     if (view.mask.empty()) return;
-    const ImageSize size = read_photo_header(view.mask).size;
+    const ImageSize size = read_image_size(view.mask);
     if (size.width != view.camera.width || size.height != view.camera.height)
       throw InputError(view.mask, "",
                        "is " + size_text(size.width, size.height) + " pixels, its photo " +
@@ -233,13 +242,8 @@ std::optional<PhotoExclusion> read_whole_exclusion(const View& view, std::option
   return exclusion;
 }
 
-void paint_over(Image& image, const PhotoExclusion& exclusion) {
-  std::vector<std::uint8_t> known;
-  known.reserve(image.pixels.size() / 3);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) known.push_back(exclusion.excludes(x, y) ? 0 : 1);
-  fill_holes(image, known, false);
-}
+void paint_over(Image& image, const PhotoExclusion& exclusion) { fill_holes(image, known_pixels(exclusion), false); }
+void paint_over(Samples& samples, const PhotoExclusion& exclusion) { fill_holes(samples, known_pixels(exclusion)); }
 
 bool has_plain_mask(const View& view) {
   constexpr std::string_view kPng = "\x89PNG\r\n\x1A\n";

@@ -31,5 +31,6 @@ PhotoExclusion continue_around(const PhotoExclusion& panorama);
 /// Gives excluded pixels the colours of their surroundings (see fill_holes), so that no filter mixes them in.
 /// O(pixels).
 void paint_over(Image& image, const PhotoExclusion& exclusion);
+void paint_over(Samples& samples, const PhotoExclusion& exclusion);
 
 }  // namespace gpvc::io

@@ -53,6 +53,19 @@ bool holds_linear_light(const OIIO::ImageSpec& spec, std::string_view format) {
   return space == "linear" || space == "scene_linear" || space.starts_with("lin_");
 }
 
+std::optional<SampleType> stored_type(const OIIO::TypeDesc& format) {
+  if (format.is_floating_point()) return SampleType::f32;
+  if (format.basetype == OIIO::TypeDesc::UINT8) return SampleType::u8;
+  return format.basetype == OIIO::TypeDesc::UINT16 ? std::optional(SampleType::u16) : std::nullopt;
+}
+
+/// The names that an EXR's channels have; of other formats they are made up.
+std::vector<Band> named_channels(const OIIO::ImageSpec& spec) {
+  std::vector<Band> bands;
+  for (const std::string& name : spec.channelnames) bands.push_back({name});
+  return bands;
+}
+
 OtherHeader header_of(const OIIO::ImageInput& input) {
   const OIIO::ImageSpec& spec = input.spec();
   OtherHeader header;
@@ -65,6 +78,9 @@ OtherHeader header_of(const OIIO::ImageInput& input) {
   // The fourth byte of a BMP's pixels is reserved, and 0 in most files.
   header.alpha_channel = header.format == "bmp" ? -1 : spec.alpha_channel;
   header.linear_light = holds_linear_light(spec, header.format);
+  header.type = stored_type(spec.format);
+  header.type_name = spec.format.c_str();
+  if (header.format == "openexr") header.bands = named_channels(spec);
   // An EXR's data window; the picture is its display window.
   header.whole = header.format != "openexr" || (spec.width == spec.full_width && spec.height == spec.full_height &&
                                                 spec.x == spec.full_x && spec.y == spec.full_y);
@@ -83,12 +99,18 @@ OtherHeader header_of(const OIIO::ImageInput& input) {
   return header;
 }
 
+OIIO::TypeDesc type_in(const SampleRoom& room, const OIIO::ImageSpec& spec) {
+  if (room.form == SampleForm::bytes) return OIIO::TypeDesc::UINT8;
+  return room.form == SampleForm::reals || spec.format.is_floating_point() ? OIIO::TypeDesc(OIIO::TypeDesc::FLOAT)
+                                                                           : spec.format;
+}
+
 /// Reads rows of the first channels straight into the room where the file holds them like that, else a few at a time: for
 /// the whole picture, OpenImageIO would decode up to 64 MB into a buffer of its own and copy them from there.
 bool read_rows(OIIO::ImageInput& input, const SampleRoom& room) {
   constexpr int kRows = 64;
   const OIIO::ImageSpec& spec = input.spec();
-  const OIIO::TypeDesc type = room.reals ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
+  const OIIO::TypeDesc type = type_in(room, spec);
   if (spec.tile_width > 0) return input.read_image(0, 0, 0, room.channels, type, room.samples);
   const std::size_t row = type.size() * static_cast<std::size_t>(room.channels) * static_cast<std::size_t>(spec.width);
   auto* to = static_cast<std::byte*>(room.samples);

@@ -7,8 +7,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "io/samples.h"
 
 namespace gpvc::io {
 
@@ -21,13 +24,22 @@ struct OtherHeader {
   bool whole = true;                  ///< the pixels that the file holds are all that the picture shows
   bool raw = false;                   ///< of a sensor, and not developed
   std::vector<std::uint8_t> profile;  ///< ICC; empty: none
+  std::optional<SampleType> type{};   ///< of SampleForm::stored; nullopt: neither u8, u16 nor a float
+  std::string type_name{};            ///< where it is nullopt: "int16"
+  bool colors = true;                 ///< the first channels are grey or red, green and blue
+  std::vector<Band> bands{};          ///< what the file says of its channels, one each; empty: nothing
+  std::optional<double> nodata{};     ///< the sample of pixels without a value
   double exposure_seconds = 0, f_number = 0, sensitivity = 0;  ///< by EXIF data; 0: unknown
 };
+
+/// bytes: 0 black, 255 white; reals: floats, of whole numbers 0 black, 1 white; stored: the numbers of the file, halves and
+/// doubles as floats.
+enum class SampleForm : std::uint8_t { bytes, reals, stored };
 
 /// Where samples go: the first `channels` of each pixel.
 struct SampleRoom {
   int width = 0, height = 0, channels = 0;
-  bool reals = false;  ///< floats, else bytes
+  SampleForm form = SampleForm::bytes;
   void* samples = nullptr;
 };
 

@@ -1,6 +1,5 @@
 // Photos from files, decoded once while they fit a budget.
 #include <algorithm>
-#include <functional>
 #include <future>
 #include <list>
 #include <mutex>
@@ -10,23 +9,27 @@
 #include <utility>
 #include <vector>
 
+#include "io/bands/band_photo.h"
 #include "io/file_hashes.h"
 #include "io/images.h"
 #include "io/images/image_file.h"
 #include "io/images/mask_file.h"
 #include "io/lens/spherical.h"
 #include "io/photos.h"
+#include "io/scene_members.h"
 
 namespace gpvc::io {
 
 namespace {
 
-/// A photo as its view takes it, with what alphas and masks exclude of it where its alphas count.
+/// A photo as its view takes it, with what is excluded of it where that is found by decoding it.
 struct DecodedPhoto {
   Image image;
   std::optional<PhotoExclusion> exclusion{};
+  std::optional<Samples> samples{};  ///< of a scene with bands, where they were asked for
   std::size_t bytes() const {
-    return std::max<std::size_t>(1, image.pixels.size() + (exclusion ? 8 * exclusion->words.size() : 0));
+    return std::max<std::size_t>(
+        1, image.pixels.size() + (exclusion ? 8 * exclusion->words.size() : 0) + (samples ? samples->bytes.size() : 0));
   }
 };
 using Photo = std::shared_ptr<const DecodedPhoto>;
@@ -64,28 +67,52 @@ class SpareMemory {
   std::vector<std::vector<std::uint8_t>> spare_;  ///< oldest first
 };
 
-/// Decodes on the calling thread without parallel loops: inside one, this thread could pick up a task that waits for
-/// the photo that it is decoding.
-Photo decode(const View& view, const std::shared_ptr<SpareMemory>& spare) {
-  const PixelRoom room = [&](std::size_t bytes) { return spare->take(bytes); };
+/// The photo at its file's size, excluded pixels as they are.
+DecodedPhoto decode_whole(const View& view, const PixelRoom& room) {
   std::optional<PhotoExclusion> transparent;
   if (view.uses_alpha) transparent.emplace();
   Image image = read_image(view.photo, room, transparent ? &*transparent : nullptr);
   if (image.width / view.reduction != file_width(view.camera) || image.height / view.reduction != view.camera.height)
     throw InputError(view.photo, "",
                      "is " + size_text(image.width, image.height) + " pixels, which does not fit its camera any more");
-  std::optional<PhotoExclusion> exclusion = read_whole_exclusion(view, std::move(transparent));
+  return {std::move(image), read_whole_exclusion(view, std::move(transparent))};
+}
+
+/// The same of a scene with bands, whose picture is made of the samples. \param with_samples else they are let go
+DecodedPhoto decode_bands(const View& view, const Scene& scene, const PixelRoom& room, bool with_samples) {
+  BandPhoto photo = read_band_photo(view, *scene.bands, scene.band_places);
+  Image image = composite_of(photo.samples, *scene.bands, photo.linear_light, room);
+  DecodedPhoto decoded{std::move(image), std::move(photo.exclusion)};
+  if (with_samples) decoded.samples = std::move(photo.samples);
+  return decoded;
+}
+
+/// Decodes on the calling thread without parallel loops: inside one, this thread could pick up a task that waits for
+/// the photo that it is decoding.
+Photo decode(const View& view, const Scene& scene, bool with_samples, const std::shared_ptr<SpareMemory>& spare) {
+  const PixelRoom room = [&](std::size_t bytes) { return spare->take(bytes); };
+  DecodedPhoto photo = scene.bands ? decode_bands(view, scene, room, with_samples) : decode_whole(view, room);
+  Image& image = photo.image;
+  std::optional<PhotoExclusion>& exclusion = photo.exclusion;
+  std::optional<Samples>& samples = photo.samples;
   if (exclusion) paint_over(image, *exclusion);
+  if (exclusion && samples) paint_over(*samples, *exclusion);
   const auto replace = [&](Image made) {
     spare->give(std::move(image.pixels));
     image = std::move(made);
   };
-  if (view.reduction != 1) replace(reduce_image(image, view.reduction, room));
-  if (is_spherical(view.camera.distortion.model)) replace(continue_around(image, room));
-  exclusion = view.uses_alpha ? fit_to_view(std::move(exclusion), view) : std::nullopt;
-  return {new DecodedPhoto{std::move(image), std::move(exclusion)}, [spare](DecodedPhoto* photo) {
-            spare->give(std::move(photo->image.pixels));
-            delete photo;
+  if (view.reduction != 1) {
+    replace(reduce_image(image, view.reduction, room));
+    if (samples) samples = reduce_samples(*samples, view.reduction);
+  }
+  if (is_spherical(view.camera.distortion.model)) {
+    replace(continue_around(image, room));
+    if (samples) samples = continue_around(*samples);
+  }
+  exclusion = view.uses_alpha || scene.bands ? fit_to_view(std::move(exclusion), view) : std::nullopt;
+  return {new DecodedPhoto(std::move(photo)), [spare](DecodedPhoto* held) {
+            spare->give(std::move(held->image.pixels));
+            delete held;
           }};
 }
 
@@ -101,6 +128,7 @@ struct PhotoCache::State {
 
   struct Entry {
     std::shared_future<Photo> photo;
+    bool with_samples = false;
     std::size_t bytes = 0;  ///< 0 while it is decoded; such entries are never dropped
     std::list<std::size_t>::iterator age;
   };
@@ -119,7 +147,7 @@ struct PhotoCache::State {
   FileHashes own_hashes;
   FileHashes& hashes;  ///< of files as they were first read
 
-  Photo fetch(std::size_t key);
+  Photo fetch(std::size_t key, bool with_samples = false);
 
   /// The hash of a file, which must be what it was first, be it when the scene was read.
   WorkKey hash_of(const std::filesystem::path& file) {
@@ -135,8 +163,7 @@ struct PhotoCache::State {
   template <typename Read>
   auto read_unchanged(const View& view, const Read& read) {
     const auto look = [&] {
-      for (const std::filesystem::path& file : {std::cref(view.photo), std::cref(view.mask)})
-        if (!file.empty()) hash_of(file);
+      for (const std::filesystem::path& file : files_of(view)) hash_of(file);
     };
     look();
     auto result = read(view);
@@ -151,10 +178,15 @@ struct PhotoCache::State {
         ++age;
         continue;
       }
-      bytes -= entry->second.bytes;
-      entries.erase(entry);
-      age = by_age.erase(age);
+      ++age;
+      drop(entry);
     }
+  }
+
+  void drop(std::unordered_map<std::size_t, Entry>::iterator entry) {
+    bytes -= entry->second.bytes;
+    by_age.erase(entry->second.age);
+    entries.erase(entry);
   }
 };
 
@@ -166,7 +198,7 @@ PhotoCache::~PhotoCache() = default;
 std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
   const std::size_t first = state_->shown_by.at(index(view));
   const View &v = state_->scene.views[index(view)], &decoded_as = state_->scene.views[first];
-  if (v.uses_alpha && v.mask == decoded_as.mask) {
+  if ((v.uses_alpha || state_->scene.bands) && v.mask == decoded_as.mask) {
     const Photo photo = state_->fetch(first);
     return photo->exclusion ? std::shared_ptr<const PhotoExclusion>(photo, &*photo->exclusion) : nullptr;
   }
@@ -180,6 +212,11 @@ std::optional<WorkKey> PhotoCache::key(ViewId view) {
   hash.add(state_->hash_of(v.photo));
   hash.add(!v.mask.empty());
   if (!v.mask.empty()) hash.add(state_->hash_of(v.mask));
+  if (state_->scene.bands) {
+    for (const std::filesystem::path& file : v.band_files) hash.add(state_->hash_of(file));
+    hash.add(*state_->scene.bands);
+    hash.add(state_->scene.band_places);
+  }
   hash.add(v.uses_alpha);
   hash.add(v.reduction);
   return hash.key();
@@ -204,21 +241,38 @@ std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
   return {photo, &photo->image};
 }
 
-Photo PhotoCache::State::fetch(std::size_t key) {
+const BandSet* PhotoCache::bands() const { return state_->scene.bands ? &*state_->scene.bands : nullptr; }
+
+std::shared_ptr<const Samples> PhotoCache::samples(ViewId view) {
+  const Photo photo = state_->fetch(state_->shown_by.at(index(view)), true);
+  return {photo, &*photo->samples};
+}
+
+Photo PhotoCache::State::fetch(std::size_t key, bool with_samples) {
   std::promise<Photo> promise;
-  {
+  while (true) {
     std::unique_lock lock(mutex);
     if (const auto found = entries.find(key); found != entries.end()) {
       by_age.splice(by_age.end(), by_age, found->second.age);
       const std::shared_future<Photo> photo = found->second.photo;
-      lock.unlock();
-      return photo.get();
+      if (found->second.with_samples || !with_samples) {
+        lock.unlock();
+        return photo.get();
+      }
+      if (found->second.bytes == 0) {  // is decoded by another thread, without samples
+        lock.unlock();
+        photo.wait();
+        continue;
+      }
+      drop(found);
     }
-    if (Photo photo = held[key].lock()) return photo;
-    entries[key] = {promise.get_future().share(), 0, by_age.insert(by_age.end(), key)};
+    if (Photo photo = held[key].lock(); photo && (photo->samples || !with_samples)) return photo;
+    entries[key] = {promise.get_future().share(), with_samples, 0, by_age.insert(by_age.end(), key)};
+    break;
   }
   try {
-    Photo photo = read_unchanged(scene.views.at(key), [&](const View& v) { return decode(v, spare); });
+    Photo photo =
+        read_unchanged(scene.views.at(key), [&](const View& v) { return decode(v, scene, with_samples, spare); });
     promise.set_value(photo);
     const std::lock_guard lock(mutex);
     ++decodes;
@@ -233,9 +287,7 @@ Photo PhotoCache::State::fetch(std::size_t key) {
     // All waiting threads get the error; the next request tries again.
     {
       const std::lock_guard lock(mutex);
-      const auto entry = entries.find(key);
-      by_age.erase(entry->second.age);
-      entries.erase(entry);
+      drop(entries.find(key));
     }
     promise.set_exception(std::current_exception());
     throw;

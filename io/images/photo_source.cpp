@@ -52,4 +52,13 @@ std::shared_ptr<const PhotoExclusion> CallbackSource::exclusion(ViewId view) {
   return std::make_shared<const PhotoExclusion>(std::move(*picture.exclusion));
 }
 
+std::vector<std::filesystem::path> files_of(const View& view) {
+  std::vector<std::filesystem::path> files;
+  if (!view.photo.empty()) files.push_back(view.photo);
+  for (const std::filesystem::path& file : view.band_files)
+    if (file != view.photo) files.push_back(file);
+  if (!view.mask.empty()) files.push_back(view.mask);
+  return files;
+}
+
 }  // namespace gpvc::io

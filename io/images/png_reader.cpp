@@ -76,7 +76,9 @@ void convert(const std::uint16_t* row, std::size_t samples, float* to) {
   for (std::size_t i = 0; i < samples; ++i) to[i] = row[i] / 65535.0f;
 }
 
-/// \pre bytes become floats only from 16 bits
+void convert(const std::uint16_t* row, std::size_t samples, std::uint16_t* to) { std::copy_n(row, samples, to); }
+
+/// \pre bytes become other samples only from 16 bits
 template <typename Sample>
 void decode_rows(const ImageBytes& image, const ImageHeader& header, Sample* to) {
   const bool deep = header.bits == 16;
@@ -122,6 +124,7 @@ ImageHeader read_png_header(const ImageBytes& image) {
     if (png_get_iCCP(decoder.png, decoder.info, &name, &compression, &profile, &bytes) != 0)
       header.profile.assign(profile, profile + bytes);
   });
+  header.type = header.bits == 16 ? SampleType::u16 : SampleType::u8;
   header.alpha_channel = header.channels % 2 == 0 ? header.channels - 1 : -1;
   return header;
 }
@@ -130,5 +133,8 @@ void decode_png(const ImageBytes& image, const ImageHeader& header, std::uint8_t
   decode_rows(image, header, to);
 }
 void decode_png(const ImageBytes& image, const ImageHeader& header, float* to) { decode_rows(image, header, to); }
+void decode_png(const ImageBytes& image, const ImageHeader& header, std::uint16_t* to) {
+  decode_rows(image, header, to);
+}
 
 }  // namespace gpvc::io

@@ -122,4 +122,40 @@ void fill_holes(Image& image, std::span<const std::uint8_t> known, bool parallel
   });
 }
 
+void fill_holes(Samples& samples, std::span<const std::uint8_t> known) {
+  const auto is_known = [](std::uint8_t value) { return value != 0; };
+  if (std::ranges::all_of(known, is_known) || std::ranges::none_of(known, is_known)) return;
+  const std::size_t size = bytes_of(samples.type);
+  Samples half{(samples.width + 1) / 2, (samples.height + 1) / 2, samples.bands, SampleType::f32, {}};
+  std::vector<std::uint8_t> half_known(pixel_index(0, half.height, half.width));
+  half.bytes.resize(half_known.size() * half.pixel_bytes());
+  std::vector<float> sums(samples.bands);
+  for (int y = 0; y < half.height; ++y)
+    for (int x = 0; x < half.width; ++x) {
+      std::ranges::fill(sums, 0.0f);
+      float count = 0;
+      for (int fine_y = 2 * y; fine_y < std::min(2 * y + 2, samples.height); ++fine_y)
+        for (int fine_x = 2 * x; fine_x < std::min(2 * x + 2, samples.width); ++fine_x) {
+          if (known[pixel_index(fine_x, fine_y, samples.width)] == 0) continue;
+          ++count;
+          const std::byte* from = samples.at(fine_x, fine_y);
+          for (std::size_t band = 0; band < sums.size(); ++band)
+            sums[band] += load_sample(from + band * size, samples.type);
+        }
+      if (count == 0) continue;
+      half_known[pixel_index(x, y, half.width)] = 1;
+      std::byte* to = half.at(x, y);
+      for (std::size_t band = 0; band < sums.size(); ++band)
+        store_sample(to + band * sizeof(float), half.type, sums[band] / count);
+    }
+  fill_holes(half, half_known);
+  for (int y = 0; y < samples.height; ++y)
+    for (int x = 0; x < samples.width; ++x) {
+      if (known[pixel_index(x, y, samples.width)] != 0) continue;
+      for (std::size_t band = 0; band < samples.bands; ++band)
+        store_sample(samples.at(x, y) + band * size, samples.type,
+                     load_sample(half.at(x / 2, y / 2) + band * sizeof(float), half.type));
+    }
+}
+
 }  // namespace gpvc::io

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/bands/band_tags.h"
 #include "io/files/frees.h"
 #include "io/files/text_scan.h"
 #include "io/images/codec.h"
@@ -124,7 +125,32 @@ bool is_ours(TIFF& tiff, const Layout& l) {
   if (!(whole || real) || TIFFIsCODECConfigured(l.coding) == 0 || is_dng(tiff)) return false;
   if (is_jpeg_in_ycbcr(l)) return true;
   if (l.photometric != PHOTOMETRIC_MINISBLACK && l.photometric != PHOTOMETRIC_RGB) return false;
-  return l.channels == l.colors() + l.extra.size();  // else it is left open whether a sample is an alpha
+  return l.channels >= l.colors() + l.extra.size();
+}
+
+/// The place of the alpha among the channels; -1: none. Files that do not say what their samples mean are taken to have one where
+/// they have one more than colours, as OpenImageIO takes them.
+int alpha_of(const Layout& l) {
+  for (std::size_t i = 0; i < l.extra.size(); ++i)
+    if (l.extra[i] == EXTRASAMPLE_ASSOCALPHA || l.extra[i] == EXTRASAMPLE_UNASSALPHA)
+      return l.colors() + static_cast<int>(i);
+  return l.extra.empty() && l.channels == l.colors() + 1 ? l.colors() : -1;
+}
+
+/// A text that GDAL or a camera has put into the file; libtiff knows no such tag.
+std::string text_of(TIFF& tiff, std::uint32_t tag) {
+  std::uint32_t count = 0;
+  const char* text = nullptr;
+  if (TIFFGetField(&tiff, tag, &count, &text) == 0 || text == nullptr) return {};
+  return std::string(text, std::find(text, text + count, '\0'));
+}
+
+/// https://gdal.org/drivers/raster/gtiff.html, and XMP's.
+void read_band_tags(TIFF& tiff, OtherHeader& header) {
+  constexpr std::uint32_t kXmp = 700, kMetadata = 42112, kNodata = 42113;
+  header.bands =
+      bands_of_tags(text_of(tiff, kMetadata), text_of(tiff, kXmp), static_cast<std::size_t>(header.channels));
+  header.nodata = number_from(trimmed(text_of(tiff, kNodata)));
 }
 
 bool is_named_tiff(const ImageBytes& image) {
@@ -161,7 +187,7 @@ void read_exif(TIFF& tiff, OtherHeader& header) {
   if (TIFFGetField(&tiff, EXIFTAG_ISOSPEEDRATINGS, &count, &speeds) != 0 && count > 0) header.sensitivity = speeds[0];
 }
 
-/// Writes one sample, of any depth, as a byte or a float of black 0 to white 1.
+/// Writes one sample, of any depth, in the form that is asked for.
 class Store {
  public:
   Store(const Layout& layout, const SampleRoom& room) : layout_(layout), room_(room) {}
@@ -180,23 +206,27 @@ class Store {
 
  private:
   void put(std::size_t at, const std::byte* from) const {
+    if (room_.form == SampleForm::stored) {
+      std::memcpy(static_cast<std::byte*>(room_.samples) + at * layout_.sample_bytes(), from, layout_.sample_bytes());
+      return;
+    }
     if (layout_.bits == 8) {
       const auto value = static_cast<std::uint8_t>(*from);
-      if (room_.reals)
+      if (room_.form == SampleForm::reals)
         reals()[at] = static_cast<float>(value) / 255;
       else
         bytes()[at] = value;
     } else if (layout_.bits == 16) {
       std::uint16_t value = 0;
       std::memcpy(&value, from, sizeof value);
-      if (room_.reals)
+      if (room_.form == SampleForm::reals)
         reals()[at] = static_cast<float>(value) / 65535;
       else
         bytes()[at] = static_cast<std::uint8_t>((value + 128u) / 257u);  // to the nearest
     } else {
       float value = 0;
       std::memcpy(&value, from, sizeof value);
-      if (room_.reals)
+      if (room_.form == SampleForm::reals)
         reals()[at] = value;
       else
         bytes()[at] =
@@ -212,8 +242,8 @@ class Store {
 
 /// True if the file's bytes of a strip are what the room holds.
 bool fits_as_it_is(const Layout& l, const SampleRoom& room) {
-  return !room.reals && l.bits == 8 && (l.planes == PLANARCONFIG_CONTIG || l.channels == 1) &&
-         room.channels == l.channels;
+  const bool as_stored = room.form == SampleForm::stored || (room.form == SampleForm::bytes && l.bits == 8);
+  return as_stored && (l.planes == PLANARCONFIG_CONTIG || l.channels == 1) && room.channels == l.channels;
 }
 
 bool read_strips(TIFF& tiff, const Layout& l, const SampleRoom& room) {
@@ -279,9 +309,10 @@ bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
   header.height = static_cast<int>(std::min<std::uint32_t>(l.height, std::numeric_limits<int>::max()));
   header.channels = l.channels;
   header.bits = l.format == SAMPLEFORMAT_IEEEFP ? 0 : l.bits;
-  for (std::size_t i = l.extra.size(); i-- > 0;)
-    if (l.extra[i] == EXTRASAMPLE_ASSOCALPHA || l.extra[i] == EXTRASAMPLE_UNASSALPHA)
-      header.alpha_channel = l.colors() + static_cast<int>(i);
+  header.alpha_channel = alpha_of(l);
+  header.type = l.format == SAMPLEFORMAT_IEEEFP ? SampleType::f32 : l.bits == 16 ? SampleType::u16 : SampleType::u8;
+  header.colors = l.colors() == 3 || l.channels == 1 || (l.channels == 2 && header.alpha_channel >= 0);
+  read_band_tags(*tiff, header);
   std::uint32_t count = 0;
   const std::uint8_t* profile = nullptr;
   if (TIFFGetField(tiff.get(), TIFFTAG_ICCPROFILE, &count, &profile) != 0)

@@ -104,8 +104,6 @@ GDALDataType data_type(SampleType type) {
   return kTypes[static_cast<std::size_t>(type)];
 }
 
-int bytes_of(SampleType type) { return GDALGetDataTypeSizeBytes(data_type(type)); }
-
 const char* compression_name(RasterCompression compression) {
   constexpr std::array kNames{"DEFLATE", "LZW", "ZSTD", "JPEG", "WEBP"};
   return kNames[static_cast<std::size_t>(compression)];
@@ -175,7 +173,8 @@ std::string write_rows(void* raster, int first_row, int rows, SampleType type, c
                        const std::uint8_t* mask) try {
   const Quiet quiet;
   const Raster& to = *static_cast<Raster*>(raster);
-  const int width = to.info.width, bands = static_cast<int>(to.info.bands.size()), bytes = bytes_of(type);
+  const int width = to.info.width, bands = static_cast<int>(to.info.bands.size()),
+            bytes = static_cast<int>(bytes_of(type));
   void* const data = const_cast<void*>(samples);  // which GDAL only reads when it writes
   bool good = GDALDatasetRasterIOEx(to.rows.get(), GF_Write, 0, first_row, width, rows, data, width, rows,
                                     data_type(type), bands, nullptr, GSpacing{bytes} * bands,

@@ -54,9 +54,12 @@ std::string all_of_them(const SceneFile& scene, const fs::path& folder) {
 }
 
 void forget_where(SceneFile& scene, const std::vector<bool>& needed, Problem problem,
-                  void (*check)(const fs::path& photo)) {
+                  void (*check)(const fs::path& file)) {
   const std::vector<std::exception_ptr> errors = for_each_photo(scene.views, [&](std::size_t i) {
-    if (needed[i]) check(scene.views[i].photo);
+    if (!needed[i]) return;
+    check(scene.views[i].photo);
+    for (const fs::path& file : scene.views[i].band_files)
+      if (file != scene.views[i].photo) check(file);
   });
   for (std::size_t i = 0; i < errors.size(); ++i) try {
       if (errors[i]) std::rethrow_exception(errors[i]);
@@ -82,7 +85,7 @@ void forget_truncated_photos(SceneFile& scene, const std::vector<bool>& needed) 
 }
 
 void forget_damaged_photos(SceneFile& scene, const std::vector<bool>& needed) {
-  forget_where(scene, needed, Problem::damaged, [](const fs::path& photo) { read_image(photo); });
+  forget_where(scene, needed, Problem::damaged, [](const fs::path& file) { read_image(file); });
 }
 
 std::vector<std::exception_ptr> for_each_photo(std::span<const View> views,

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/bands/band_files.h"
+#include "io/bands/band_set.h"
 #include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/files/zip_file.h"
@@ -323,6 +325,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   std::vector<bool> needed = needed_views(file, options);
   const fs::path folder = find_photos(file, needed, options);
   use_texture_layers(file);
+  find_band_files(file, needed, options);
   forget_truncated_photos(file, needed);
   fit_cameras(file, needed);
   if (options.skip_bad_photos) forget_damaged_photos(file, needed);
@@ -330,7 +333,8 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   Scene scene;
   if (!options.whole_fisheyes) scene.circle_photos = find_image_circles(file.views, needed);
   find_masks(file, options);
-  warn_of_unused_range(file);
+  find_bands(file, needed, options);
+  if (!file.bands) warn_of_unused_range(file);
   scene.source = source;
   for (View& view : file.views) {
     if (view.camera.width != 0) view.camera = reduced(view, options.downscale);
@@ -347,6 +351,8 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   if (scene.files.empty()) scene.files = {file.listing};
   scene.warnings = std::move(file.warnings);
   scene.bad_photos = std::move(file.bad_photos);
+  scene.bands = std::move(file.bands);
+  scene.band_places = std::move(file.band_places);
   return scene;
 }
 

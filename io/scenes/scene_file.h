@@ -36,6 +36,10 @@ struct SceneFile {
   std::vector<BadPhoto> bad_photos{};  ///< of views that need them
   /// Where a layer takes the place of a photo: the photo, beside which masks lie, by the layer.
   std::map<std::filesystem::path, std::filesystem::path> photos_of_layers{};
+  /// For each of View::band_files the name of its band; empty where the file's name does not say it.
+  std::vector<std::string> band_names{};
+  std::optional<BandSet> bands{};
+  std::vector<BandPlace> band_places{};
   /// For formats that leave the size of a photo open: their cameras come with width 0, and this turns them into pixels
   /// once the photo is known.
   void (*size_camera)(Camera& camera, int width, int height) = nullptr;

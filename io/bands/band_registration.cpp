@@ -1,0 +1,280 @@
+#include "io/bands/band_registration.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "io/order_statistics.h"
+
+namespace gpvc::io {
+namespace {
+
+/// A picture of one value a pixel.
+struct Plane {
+  int width = 0, height = 0;
+  std::vector<float> values{};
+  float at(int x, int y) const { return values[pixel_index(x, y, width)]; }
+};
+
+Plane plane_of(const Samples& photo, std::size_t band) {
+  Plane plane{photo.width, photo.height};
+  const std::byte* from = photo.bytes.data() + band * bytes_of(photo.type);
+  plane.values.resize(pixel_index(0, photo.height, photo.width));
+  for (float& value : plane.values) {
+    value = load_sample(from, photo.type);
+    from += photo.pixel_bytes();
+  }
+  return plane;
+}
+
+Plane halved(const Plane& plane) {
+  Plane half{plane.width / 2, plane.height / 2};
+  half.values.reserve(pixel_index(0, half.height, half.width));
+  for (int y = 0; y < half.height; ++y)
+    for (int x = 0; x < half.width; ++x)
+      half.values.push_back((plane.at(2 * x, 2 * y) + plane.at(2 * x + 1, 2 * y) + plane.at(2 * x, 2 * y + 1) +
+                             plane.at(2 * x + 1, 2 * y + 1)) /
+                            4);
+  return half;
+}
+
+/// Magnitudes of the gradient, 0 at the border.
+Plane edges_of(const Plane& plane) {
+  Plane edges{plane.width, plane.height};
+  edges.values.resize(plane.values.size());
+  for (int y = 1; y + 1 < plane.height; ++y)
+    for (int x = 1; x + 1 < plane.width; ++x)
+      edges.values[pixel_index(x, y, plane.width)] =
+          std::hypot(plane.at(x + 1, y) - plane.at(x - 1, y), plane.at(x, y + 1) - plane.at(x, y - 1));
+  return edges;
+}
+
+/// A rectangle of the primary's pixels.
+struct Window {
+  int left, top, right, bottom;
+};
+
+/// The correlation of a window with the same one of the other plane, moved; nullopt where either shows nothing.
+std::optional<double> correlation(const Plane& a, const Plane& b, Window w, int right, int down) {
+  w.left = std::max({w.left, 0, -right});
+  w.top = std::max({w.top, 0, -down});
+  w.right = std::min({w.right, a.width, b.width - right});
+  w.bottom = std::min({w.bottom, a.height, b.height - down});
+  if (w.left >= w.right || w.top >= w.bottom) return std::nullopt;
+  double sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
+  for (int y = w.top; y < w.bottom; ++y) {
+    const float* row_a = &a.values[pixel_index(w.left, y, a.width)];
+    const float* row_b = &b.values[pixel_index(w.left + right, y + down, b.width)];
+    for (int x = 0; x < w.right - w.left; ++x) {
+      const auto va = static_cast<double>(row_a[x]), vb = static_cast<double>(row_b[x]);
+      sum_a += va;
+      sum_b += vb;
+      sum_aa += va * va;
+      sum_bb += vb * vb;
+      sum_ab += va * vb;
+    }
+  }
+  const double n = static_cast<double>(w.right - w.left) * (w.bottom - w.top);
+  const double spread = (sum_aa - sum_a * sum_a / n) * (sum_bb - sum_b * sum_b / n);
+  if (!(spread > 0)) return std::nullopt;
+  return (sum_ab - sum_a * sum_b / n) / std::sqrt(spread);
+}
+
+/// The plane and its halves, quarters and so on, the edges of each.
+std::vector<Plane> edge_pyramid(Plane plane) {
+  constexpr int kCoarse = 96;
+  std::vector<Plane> pyramid;
+  for (; plane.width / 2 >= kCoarse && plane.height / 2 >= kCoarse; plane = halved(plane))
+    pyramid.push_back(edges_of(plane));
+  pyramid.push_back(edges_of(plane));
+  return pyramid;
+}
+
+/// All of a plane, or as much about its middle as tells as well.
+Window middle_of(const Plane& plane) {
+  constexpr int kMost = 1000;
+  const int width = std::min(plane.width, kMost), height = std::min(plane.height, kMost);
+  const int left = (plane.width - width) / 2, top = (plane.height - height) / 2;
+  return {left, top, left + width, top + height};
+}
+
+struct Shift {
+  int right = 0, down = 0;
+  double score = -1;
+};
+
+Shift best_shift(const Plane& a, const Plane& b, const Window& window, const Shift& about, int reach) {
+  Shift best;
+  for (int down = about.down - reach; down <= about.down + reach; ++down)
+    for (int right = about.right - reach; right <= about.right + reach; ++right)
+      if (const auto score = correlation(a, b, window, right, down); score && *score > best.score)
+        best = {right, down, *score};
+  return best;
+}
+
+/// Where the parabola through three neighbouring values is highest, from the middle one.
+double peak(double before, double middle, double behind) {
+  const double bend = before - 2 * middle + behind;
+  return bend < 0 ? std::clamp((before - behind) / (2 * bend), -0.5, 0.5) : 0;
+}
+
+/// The match of a square of the finest planes; nullopt where it shows too little.
+std::optional<BandMatch> match_window(const Plane& a, const Plane& b, const Window& window, const Shift& about,
+                                      int reach) {
+  constexpr double kAlike = 0.5;
+  const Shift best = best_shift(a, b, window, about, reach);
+  if (best.score < kAlike) return std::nullopt;
+  if (std::abs(best.right - about.right) == reach || std::abs(best.down - about.down) == reach) return std::nullopt;
+  const auto beside = [&](int right, int down) {
+    return correlation(a, b, window, best.right + right, best.down + down).value_or(best.score);
+  };
+  return BandMatch{(window.left + window.right) / 2.0, (window.top + window.bottom) / 2.0,
+                   best.right + peak(beside(-1, 0), best.score, beside(1, 0)),
+                   best.down + peak(beside(0, -1), best.score, beside(0, 1))};
+}
+
+/// Coefficients of right or down by (1, x, y), by least squares; nullopt where the places do not tell. Solves the normal
+/// equations by Cramer's rule: three unknowns, places about the photo's middle in units of its size.
+std::optional<std::array<double, 3>> fit_plane(std::span<const std::array<double, 3>> places,
+                                               std::span<const double> values) {
+  std::array<std::array<double, 3>, 3> m{};
+  std::array<double, 3> v{};
+  for (std::size_t i = 0; i < places.size(); ++i)
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) m[r][c] += places[i][r] * places[i][c];
+      v[r] += places[i][r] * values[i];
+    }
+  const auto determinant = [](const std::array<std::array<double, 3>, 3>& d) {
+    return d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) - d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
+           d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+  };
+  const double all = determinant(m), n = static_cast<double>(places.size());
+  constexpr double kSpread = 1e-6;  // of places that lie on a line
+  if (!(all > kSpread * n * n * n)) return std::nullopt;
+  std::array<double, 3> result{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    auto replaced = m;
+    for (std::size_t r = 0; r < 3; ++r) replaced[r][c] = v[r];
+    result[c] = determinant(replaced) / all;
+  }
+  return result;
+}
+
+double median(std::vector<double> values) { return upper_median(std::span(values)); }
+
+/// Right and down as functions of (1, x, y).
+using Map = std::array<std::array<double, 3>, 2>;
+
+/// Fits matches, again without what lies far off until nothing does.
+class Fitter {
+ public:
+  Fitter(std::span<const BandMatch> matches, int width, int height) {
+    for (const BandMatch& match : matches) {
+      places_.push_back({1, match.x / width - 0.5, match.y / height - 0.5});
+      right_.push_back(match.right);
+      down_.push_back(match.down);
+    }
+  }
+
+  /// \param error the median distance of the matches that count
+  Map fit(bool affine, double& error) const {
+    std::vector<std::size_t> kept(places_.size());
+    for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = i;
+    Map map{};
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+      map = map_of(kept, affine);
+      std::vector<double> distances(places_.size());
+      for (std::size_t i = 0; i < distances.size(); ++i) distances[i] = distance(map, i);
+      std::vector<double> of_kept;
+      for (const std::size_t i : kept) of_kept.push_back(distances[i]);
+      error = median(of_kept);
+      constexpr double kSure = 0.05;  // px: what interpolation between correlations leaves
+      kept.clear();
+      for (std::size_t i = 0; i < distances.size(); ++i)
+        if (distances[i] <= 3 * error + kSure) kept.push_back(i);
+    }
+    return map;
+  }
+
+ private:
+  Map map_of(const std::vector<std::size_t>& kept, bool affine) const {
+    std::vector<std::array<double, 3>> places;
+    std::vector<double> right, down;
+    for (const std::size_t i : kept) {
+      places.push_back(places_[i]);
+      right.push_back(right_[i]);
+      down.push_back(down_[i]);
+    }
+    const auto x = affine ? fit_plane(places, right) : std::nullopt,
+               y = affine ? fit_plane(places, down) : std::nullopt;
+    if (x && y) return {*x, *y};
+    return {{{median(right), 0, 0}, {median(down), 0, 0}}};
+  }
+  double distance(const Map& map, std::size_t i) const {
+    const auto& p = places_[i];
+    const auto value = [&](const std::array<double, 3>& c) { return c[0] + c[1] * p[1] + c[2] * p[2]; };
+    return std::hypot(value(map[0]) - right_[i], value(map[1]) - down_[i]);
+  }
+
+  std::vector<std::array<double, 3>> places_;
+  std::vector<double> right_, down_;
+};
+
+/// A map that is nearly a shift by whole pixels at the four corners becomes one.
+void snap(Map& map) {
+  constexpr double kNear = 0.1;
+  const std::array<double, 2> whole{std::round(map[0][0]), std::round(map[1][0])};
+  for (const double x : {-0.5, 0.5})
+    for (const double y : {-0.5, 0.5})
+      for (std::size_t i = 0; i < 2; ++i)
+        if (std::abs(map[i][0] + map[i][1] * x + map[i][2] * y - whole[i]) > kNear) return;
+  for (std::size_t i = 0; i < 2; ++i) map[i] = {whole[i], 0, 0};
+}
+
+}  // namespace
+
+std::vector<BandMatch> match_bands(const Samples& photo, std::size_t primary, std::size_t band) {
+  const std::vector<Plane> a = edge_pyramid(plane_of(photo, primary)), b = edge_pyramid(plane_of(photo, band));
+  Shift shift;
+  int reach = a.back().width / 8;
+  for (std::size_t level = a.size(); level-- > 0; reach = 2) {
+    shift = best_shift(a[level], b[level], middle_of(a[level]), {2 * shift.right, 2 * shift.down}, reach);
+    if (shift.score < 0) return {};
+  }
+  constexpr int kAcross = 8, kDown = 6;
+  const int edge = std::clamp(std::min(photo.width, photo.height) / 8, 24, 96);
+  std::vector<BandMatch> matches;
+  for (int j = 0; j < kDown; ++j)
+    for (int i = 0; i < kAcross; ++i) {
+      const int left = (photo.width - edge) * i / (kAcross - 1), top = (photo.height - edge) * j / (kDown - 1);
+      const int turned = 3 + edge / 24;  // px: what a turn and another focal length add far from the middle
+      if (const auto match = match_window(a[0], b[0], {left, top, left + edge, top + edge}, shift, turned))
+        matches.push_back(*match);
+    }
+  return matches;
+}
+
+BandPlace place_of_matches(std::span<const BandMatch> matches, int width, int height) {
+  BandPlace place;
+  if (matches.size() < kFewestMatches) return place;
+  const Fitter fitter(matches, width, height);
+  constexpr double kBetter = 0.9;
+  double shift_error = 0, affine_error = 0;
+  Map map = fitter.fit(false, shift_error);
+  const Map affine = fitter.fit(true, affine_error);
+  const bool is_affine = affine_error < kBetter * shift_error;
+  if (is_affine) map = affine;
+  snap(map);
+  // In units of the photo's size, from its middle, to pixels from its corner.
+  const auto row = [&](const std::array<double, 3>& c) {
+    return std::array<double, 3>{c[1] / width, c[2] / height, c[0] - c[1] / 2 - c[2] / 2};
+  };
+  const auto x = row(map[0]), y = row(map[1]);
+  place.file_from_photo = {1 + x[0], x[1], x[2], y[0], 1 + y[1], y[2]};
+  place.error_px = is_affine ? affine_error : shift_error;
+  return place;
+}
+
+}  // namespace gpvc::io

@@ -1,0 +1,468 @@
+// Scenes of photos with more than RGB of 8 bits: what their bands are, where they lie, and what the photo cache makes of them.
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "io/bands/band_files.h"
+#include "io/bands/band_registration.h"
+#include "io/images.h"
+#include "io/photos.h"
+#include "io/scene_files.h"
+#include "tests/io/colmap_folder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/tiff_photo.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+using test::input_error;
+using test::TiffLayout;
+
+constexpr int kWidth = test::kFrameWidth, kHeight = test::kFrameHeight;
+
+/// A scene of some photos, which the test writes.
+class BandScene {
+ public:
+  explicit BandScene(std::vector<std::string> names) : names_(std::move(names)) {
+    std::vector<test::TestImage> images;
+    for (const std::string& name : names_)
+      images.push_back({static_cast<std::uint32_t>(images.size() + 1), {1, 0, 0, 0}, {1, 2, 3}, 7, name});
+    colmap_.model(false, test::kCameras, images);
+  }
+  std::filesystem::path place(const std::string& name) const { return colmap_.folder.path() / "images" / name; }
+  void write(const std::string& name, const Samples& samples, const TiffLayout& layout = {}) const {
+    test::write_tiff(place(name), samples, layout);
+  }
+  void write_all(const Samples& samples, const TiffLayout& layout = {}) const {
+    for (const std::string& name : names_) write(name, samples, layout);
+  }
+  Scene read(const SceneOptions& options = {}) const { return read_scene(colmap_.folder.path(), options); }
+  std::filesystem::path folder() const { return colmap_.folder.path(); }
+
+ private:
+  std::vector<std::string> names_;
+  test::ColmapFolder colmap_{{}};
+};
+
+/// Band b of pixel (x, y) is value(b, x, y).
+template <typename Value>
+Samples picture(std::size_t bands, SampleType type, const Value& value, int width = kWidth, int height = kHeight) {
+  Samples samples{width, height, bands, type, {}};
+  samples.bytes.resize(pixel_index(0, height, width) * samples.pixel_bytes());
+  std::byte* to = samples.bytes.data();
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (std::size_t b = 0; b < bands; ++b, to += bytes_of(type))
+        store_sample(to, type, static_cast<float>(value(b, x, y)));
+  return samples;
+}
+
+/// Spread over `low` to `high`.
+Samples spread(std::size_t bands, SampleType type, double low, double high) {
+  return picture(bands, type, [&](std::size_t b, int x, int y) {
+    const double part = ((x * 7 + y * 13 + static_cast<int>(b) * 5) % 64) / 63.0;
+    return low + (high - low) * part;
+  });
+}
+
+bool has_warning(const Scene& scene, const std::string& part) {
+  for (const std::string& warning : scene.warnings)
+    if (warning.find(part) != std::string::npos) return true;
+  return false;
+}
+
+std::string names_of(const Scene& scene) {
+  std::string names;
+  for (const Band& band : scene.bands->bands) names += (names.empty() ? "" : ",") + band.name;
+  return names;
+}
+
+TEST(Bands, AreNoneOfColoursOfEightBits) {
+  const BandScene scene({"a.tif", "b.tif"});
+  for (const std::size_t bands : {1u, 3u}) {
+    scene.write_all(spread(bands, SampleType::u8, 0, 255),
+                    {.photometric = static_cast<std::uint16_t>(bands == 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK)});
+    EXPECT_FALSE(scene.read().bands);
+  }
+  SceneOptions options;
+  options.composite = {"1"};
+  EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "need no composite"));
+}
+
+// What a 16-bit photo looks like has not changed: all levels, as they are.
+TEST(Bands, OfSixteenBitsKeepTheirWholeRangeWhereTheyUseIt) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const Samples samples = spread(3, SampleType::u16, 0, 65535);
+  scene.write_all(samples, {.photometric = PHOTOMETRIC_RGB});
+  const Scene read = scene.read();
+  ASSERT_TRUE(read.bands);
+  EXPECT_EQ(names_of(read), "Red,Green,Blue");
+  EXPECT_EQ(read.bands->type, SampleType::u16);
+  EXPECT_EQ(read.bands->black, 0);
+  EXPECT_EQ(read.bands->white, 65535);
+  EXPECT_EQ(read.bands->composite, (std::array<std::size_t, 3>{0, 1, 2}));
+  EXPECT_FALSE(read.bands->radiometric);
+  PhotoCache cache(read, 0);
+  const auto stored = cache.samples(ViewId{0});
+  EXPECT_EQ(stored->bytes, samples.bytes);
+  EXPECT_EQ(cache.photo(ViewId{0})->pixels, read_image(read.views[0].photo).pixels);
+}
+
+TEST(Bands, OfTwelveBitsAndCountsAreLookedAtOverTheirOwnRange) {
+  const BandScene scene({"a.tif", "b.tif"});
+  scene.write_all(spread(3, SampleType::u16, 0, 4095), {.photometric = PHOTOMETRIC_RGB});
+  Scene read = scene.read();
+  EXPECT_EQ(read.bands->black, 0);
+  EXPECT_NEAR(read.bands->white, 4095 * 1.05, 2);
+  scene.write_all(spread(1, SampleType::u16, 29000, 31000));
+  read = scene.read();
+  EXPECT_NEAR(read.bands->black, 28900, 2);
+  EXPECT_NEAR(read.bands->white, 31100, 2);
+  EXPECT_TRUE(read.bands->radiometric);
+  EXPECT_FALSE(has_warning(read, "levels"));
+  PhotoCache cache(read, 0);
+  const auto photo = cache.photo(ViewId{1});
+  const auto [least, most] = std::ranges::minmax(photo->pixels);
+  EXPECT_NEAR(least, 12, 1);
+  EXPECT_NEAR(most, 243, 1);
+}
+
+TEST(Bands, ReflectancesKeepTheirNumbersAndLoseWhatIsNone) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const Samples samples = picture(5, SampleType::f32, [&](std::size_t b, int x, int y) {
+    return x >= 10 && x < 14 && y >= 20 && y < 23 && b == 2 ? nan
+                                                            : static_cast<float>(x) / 50 + static_cast<float>(b) / 100;
+  });
+  scene.write_all(samples);
+  const Scene read = scene.read();
+  EXPECT_EQ(names_of(read), "B1,B2,B3,B4,B5");
+  EXPECT_EQ(read.bands->composite, (std::array<std::size_t, 3>{0, 0, 0}));
+  EXPECT_TRUE(read.bands->radiometric);
+  PhotoCache cache(read, 0);
+  const auto stored = cache.samples(ViewId{0});
+  const auto excluded = cache.exclusion(ViewId{0});
+  ASSERT_TRUE(excluded);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const bool hole = x >= 10 && x < 14 && y >= 20 && y < 23;
+      EXPECT_EQ(excluded->excludes(x, y), hole);
+      for (std::size_t b = 0; b < 5; ++b) {
+        const float value = load_sample(stored->at(x, y) + 4 * b, SampleType::f32);
+        if (!hole)
+          EXPECT_EQ(value, load_sample(samples.at(x, y) + 4 * b, SampleType::f32));
+        else
+          EXPECT_NEAR(value, 0.23 + static_cast<double>(b) / 100, 0.08);  // of its surroundings
+      }
+    }
+}
+
+TEST(Bands, ArePictureAndSamplesOfOneDecoding) {
+  const BandScene scene({"a.tif", "b.tif"});
+  scene.write_all(spread(5, SampleType::u16, 0, 4000));
+  const Scene read = scene.read();
+  PhotoCache cache(read, 1'000'000);
+  const auto samples = cache.samples(ViewId{0});
+  const auto photo = cache.photo(ViewId{0});
+  EXPECT_EQ(cache.decodes().times, 1u);
+  // A photo alone keeps no samples, and is decoded again for them.
+  cache.photo(ViewId{1});
+  cache.samples(ViewId{1});
+  EXPECT_EQ(cache.decodes().times, 3u);
+  EXPECT_EQ(cache.decodes().photos, 2u);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const double level = load_sample(samples->at(x, y), SampleType::u16) / read.bands->white * 255;
+      EXPECT_NEAR(photo->at(x, y)[1], level, 0.51);
+    }
+}
+
+TEST(Bands, SamplesCountTowardsTheLimit) {
+  const BandScene scene({"a.tif", "b.tif"});
+  scene.write_all(spread(5, SampleType::u16, 0, 4000));
+  const Scene read = scene.read();
+  const std::size_t pixels = kWidth * kHeight;
+  for (const std::size_t limit : {13 * pixels - 1, 13 * pixels}) {
+    PhotoCache cache(read, limit);
+    const std::weak_ptr<const Samples> held = cache.samples(ViewId{0});
+    EXPECT_EQ(held.expired(), limit < 13 * pixels);
+  }
+}
+
+TEST(Bands, AreReducedWithTheirPhotos) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const Samples whole = spread(4, SampleType::u16, 0, 60000);
+  scene.write_all(whole);
+  SceneOptions options;
+  options.downscale = 3;
+  const Scene read = scene.read(options);
+  PhotoCache cache(read, 0);
+  const auto samples = cache.samples(ViewId{0});
+  EXPECT_EQ(samples->width, kWidth / 3);
+  EXPECT_EQ(samples->height, kHeight / 3);
+  double sum = 0;
+  for (int y = 6; y < 9; ++y)
+    for (int x = 3; x < 6; ++x) sum += static_cast<double>(load_sample(whole.at(x, y) + 6, SampleType::u16));
+  EXPECT_EQ(load_sample(samples->at(1, 2) + 6, SampleType::u16), std::floor(static_cast<float>(sum / 9) + 0.5f));
+}
+
+TEST(Bands, AFourthOneIsNoAlphaUnlessItLooksLikeOne) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const Samples bands = spread(4, SampleType::u16, 1000, 50000);
+  const std::vector<std::uint16_t> alpha{EXTRASAMPLE_UNASSALPHA};
+  const TiffLayout layouts[] = {{.photometric = PHOTOMETRIC_RGB},
+                                {.photometric = PHOTOMETRIC_RGB, .extra = alpha},
+                                {.photometric = PHOTOMETRIC_RGB, .states_extra = false}};
+  for (std::size_t i = 0; i < std::size(layouts); ++i) {
+    scene.write_all(bands, layouts[i]);
+    const Scene read = scene.read();
+    EXPECT_EQ(names_of(read), "Red,Green,Blue,B4");
+    EXPECT_EQ(has_warning(read, "it is taken for a band"), i > 0);
+    EXPECT_FALSE(read.views[0].uses_alpha);
+    PhotoCache cache(read, 0);
+    EXPECT_EQ(cache.samples(ViewId{0})->bytes, bands.bytes);
+  }
+  const Samples rgba = picture(4, SampleType::u16, [](std::size_t b, int x, int y) {
+    return b == 3 ? (x < 5 ? 0 : x == 5 ? 30000 : 65535) : 1000 * x + y;
+  });
+  scene.write_all(rgba, layouts[1]);
+  const Scene read = scene.read();
+  EXPECT_EQ(names_of(read), "Red,Green,Blue");
+  EXPECT_TRUE(read.views[0].uses_alpha);
+  PhotoCache cache(read, 0);
+  const auto samples = cache.samples(ViewId{0});
+  const auto excluded = cache.exclusion(ViewId{0});
+  for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, 7), x < 5);
+  EXPECT_EQ(load_sample(samples->at(20, 7) + 2, SampleType::u16), 20007);
+  // RGB and infrared of 8 bits.
+  scene.write_all(spread(4, SampleType::u8, 3, 250), layouts[1]);
+  EXPECT_EQ(scene.read().bands->bands.size(), 4u);
+}
+
+TEST(Bands, AreNamedByGdalAndXmp) {
+  const BandScene scene({"a.tif", "b.tif"});
+  scene.write_all(
+      spread(2, SampleType::u16, 0, 50000),
+      {.metadata = "<GDALMetadata><Item name=\"DESCRIPTION\" sample=\"0\" role=\"description\">NIR</Item>"
+                   "<Item name=\"UNITTYPE\" sample=\"1\" role=\"unittype\">K</Item>"
+                   "<Item name=\"DESCRIPTION\" sample=\"1\" role=\"description\">LWIR</Item>"
+                   "<Item name=\"CENTRAL_WAVELENGTH_UM\" sample=\"0\" domain=\"IMAGERY\">0.842</Item></GDALMetadata>"});
+  const Scene read = scene.read();
+  EXPECT_EQ(read.bands->bands, (std::vector<Band>{{"NIR", 842, ""}, {"LWIR", std::nullopt, "K"}}));
+  scene.write_all(
+      spread(3, SampleType::u16, 0, 50000),
+      {.xmp = "<?xpacket begin=''?><x:xmpmeta xmlns:x='adobe:ns:meta/'><rdf:RDF xmlns:rdf='r'><rdf:Description "
+              "xmlns:Camera='c'><Camera:BandName><rdf:Seq><rdf:li>Red</rdf:li><rdf:li>Green</rdf:li><rdf:li>NIR"
+              "</rdf:li></rdf:Seq></Camera:BandName><Camera:CentralWavelength><rdf:Seq><rdf:li>668</rdf:li>"
+              "<rdf:li>560</rdf:li><rdf:li>840</rdf:li></rdf:Seq></Camera:CentralWavelength>"
+              "</rdf:Description></rdf:RDF></x:xmpmeta>"});
+  const Scene xmp = scene.read();
+  EXPECT_EQ(xmp.bands->bands, (std::vector<Band>{{"Red", 668, ""}, {"Green", 560, ""}, {"NIR", 840, ""}}));
+  EXPECT_EQ(xmp.bands->composite, (std::array<std::size_t, 3>{2, 0, 1}));
+  EXPECT_TRUE(xmp.bands->radiometric);
+  SceneOptions options;
+  options.composite = {"green", "2", "NIR"};
+  EXPECT_EQ(scene.read(options).bands->composite, (std::array<std::size_t, 3>{1, 1, 2}));
+  options.composite = {"blue"};
+  EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "has no band 'blue'; its bands are Red, Green, NIR"));
+}
+
+TEST(Bands, ThatDifferBetweenPhotosAreRefusedUnlessTheyAreColours) {
+  const BandScene scene({"a.tif", "b.tif"});
+  scene.write("a.tif", spread(5, SampleType::u16, 0, 60000));
+  scene.write("b.tif", spread(4, SampleType::u16, 0, 60000));
+  EXPECT_TRUE(contains(input_error([&] { scene.read(); }), "b.tif: holds 4 bands of u16, "));
+  scene.write("b.tif", spread(5, SampleType::f32, 0, 1));
+  EXPECT_TRUE(contains(input_error([&] { scene.read(); }), "b.tif: holds 5 bands of f32, "));
+  scene.write("a.tif", spread(3, SampleType::u16, 0, 60000), {.photometric = PHOTOMETRIC_RGB});
+  scene.write("b.tif", spread(3, SampleType::u8, 0, 255), {.photometric = PHOTOMETRIC_RGB});
+  const Scene read = scene.read();
+  EXPECT_FALSE(read.bands);
+  EXPECT_TRUE(has_warning(read, "worked on with 8 bits"));
+  scene.write("b.tif", spread(1, SampleType::u32, 0, 1));
+  EXPECT_TRUE(contains(input_error([&] { scene.read(); }), "holds samples of type"));
+}
+
+// --- bands in files of their own
+
+TEST(BandFiles, AreTakenByTheirNames) {
+  const auto name = [](const std::filesystem::path& file) {
+    const auto found = band_file_name(file);
+    return found ? found->group + "|" + std::to_string(found->order) + "|" + found->band : std::string();
+  };
+  EXPECT_EQ(name("x/IMG_0012_1.tif"), "img_0012|1|");
+  EXPECT_EQ(name("IMG_0012_10.TIFF"), "img_0012|10|");
+  EXPECT_EQ(name("IMG_0012_11.tif"), "");
+  EXPECT_EQ(name("IMG_0012.tif"), "");
+  EXPECT_EQ(name("IMG_12_1.tif"), "");
+  EXPECT_EQ(name("IMG_0012_1.jpg"), "");
+  EXPECT_EQ(name("IMG_170607_0001_GRE.TIF"), "img_170607_0001|2|Green");
+  EXPECT_EQ(name("IMG_170607_0001_REG.TIF"), "img_170607_0001|4|Red edge");
+  EXPECT_EQ(name("DJI_20230101_0001_MS_NIR.TIF"), "dji_20230101_0001|5|NIR");
+  EXPECT_EQ(name("DJI_20230101_0001_MS_RE.TIF"), "dji_20230101_0001|4|Red edge");
+  EXPECT_EQ(name("data/Red Edge/IMG_1.tif"), "img_1|4|Red edge");
+  EXPECT_EQ(name("data/RGB/IMG_1.tif"), "");
+}
+
+/// Something to register by, with its lights and darks changed from band to band.
+double texture(double x, double y) {
+  return 0.5 + 0.2 * std::sin(0.71 * x + 0.3 * std::sin(0.23 * y)) +
+         0.2 * std::sin(0.53 * y + 0.9 * std::cos(0.19 * x)) + 0.1 * std::sin(0.31 * (x + y));
+}
+
+/// Band `number` shows at (x, y) what the first one shows at (x - right, y - down).
+Samples moved_band(std::size_t number, double right, double down, int width, int height) {
+  return picture(
+      1, SampleType::u16,
+      [&](std::size_t, int x, int y) {
+        const double value = texture(x + 0.5 - right, y + 0.5 - down);
+        return number % 2 == 0 ? 10000 + 40000 * value : 60000 - 30000 * value;
+      },
+      width, height);
+}
+
+TEST(BandFiles, AreRegisteredToThePhoto) {
+  const Samples first = moved_band(0, 0, 0, 320, 240);
+  struct Case {
+    double right, down;
+    bool whole;
+  };
+  for (const Case& c : {Case{2, -1, true}, Case{-7, 11, true}, Case{1.5, 0.3, false}, Case{0, 0, true}}) {
+    const Samples other = moved_band(1, c.right, c.down, 320, 240);
+    const Samples both = picture(
+        2, SampleType::u16,
+        [&](std::size_t b, int x, int y) { return load_sample((b == 0 ? first : other).at(x, y), SampleType::u16); },
+        320, 240);
+    const BandPlace place = place_of_matches(match_bands(both, 0, 1), 320, 240);
+    ASSERT_TRUE(place.error_px);
+    EXPECT_LT(*place.error_px, 0.15);
+    const auto& m = place.file_from_photo;
+    for (const double x : {20.0, 300.0})
+      for (const double y : {20.0, 220.0}) {
+        EXPECT_NEAR(m[0] * x + m[1] * y + m[2], x + c.right, c.whole ? 1e-12 : 0.2);
+        EXPECT_NEAR(m[3] * x + m[4] * y + m[5], y + c.down, c.whole ? 1e-12 : 0.2);
+      }
+  }
+}
+
+TEST(BandFiles, ATurnAndAScaleOfABandAreFound) {
+  const double angle = 0.01, scale = 1.01;
+  const Samples both = picture(
+      2, SampleType::u16,
+      [&](std::size_t b, int x, int y) {
+        double px = x + 0.5, py = y + 0.5;
+        if (b == 1) {  // from the band's pixel to the photo's
+          const double dx = px - 163, dy = py - 118;
+          px = 160 + (std::cos(angle) * dx + std::sin(angle) * dy) / scale;
+          py = 120 + (-std::sin(angle) * dx + std::cos(angle) * dy) / scale;
+        }
+        return 10000 + 40000 * texture(px, py);
+      },
+      320, 240);
+  const BandPlace place = place_of_matches(match_bands(both, 0, 1), 320, 240);
+  const auto& m = place.file_from_photo;
+  for (const double x : {10.0, 310.0})
+    for (const double y : {10.0, 230.0}) {
+      const double dx = x - 160, dy = y - 120;
+      EXPECT_NEAR(m[0] * x + m[1] * y + m[2], 163 + scale * (std::cos(angle) * dx - std::sin(angle) * dy), 0.3);
+      EXPECT_NEAR(m[3] * x + m[4] * y + m[5], 118 + scale * (std::sin(angle) * dx + std::cos(angle) * dy), 0.3);
+    }
+}
+
+TEST(BandFiles, AShiftByWholePixelsKeepsSamplesAndExcludesWhatABandLacks) {
+  const BandScene scene({"IMG_0001_1.tif", "IMG_0002_1.tif"});
+  for (const std::string photo : {"IMG_0001", "IMG_0002"})
+    for (std::size_t b = 0; b < 3; ++b)
+      scene.write(photo + "_" + std::to_string(b + 1) + ".tif",
+                  moved_band(b, b == 2 ? 2 : 0, b == 2 ? -1 : 0, kWidth, kHeight));
+  const Scene read = scene.read();
+  ASSERT_TRUE(read.bands);
+  EXPECT_EQ(names_of(read), "B1,B2,B3");
+  EXPECT_EQ(read.views[0].band_files.size(), 3u);
+  EXPECT_FALSE(read.band_places[1].moves());
+  EXPECT_EQ(read.band_places[2].file_from_photo, (std::array<double, 6>{1, 0, 2, 0, 1, -1}));
+  PhotoCache cache(read, 0);
+  const auto samples = cache.samples(ViewId{0});
+  const auto excluded = cache.exclusion(ViewId{0});
+  const Samples own = read_samples(scene.place("IMG_0001_3.tif"));
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const bool shown = x + 2 < kWidth && y >= 1;
+      EXPECT_EQ(excluded->excludes(x, y), !shown) << x << ' ' << y;
+      if (shown)
+        EXPECT_EQ(load_sample(samples->at(x, y) + 4, SampleType::u16),
+                  load_sample(own.at(x + 2, y - 1), SampleType::u16));
+    }
+}
+
+TEST(BandFiles, AreInterpolatedWithinTheirNeighbours) {
+  const BandScene scene({"IMG_0001_1.tif"});
+  scene.write("IMG_0001_1.tif", moved_band(0, 0, 0, kWidth, kHeight));
+  scene.write("IMG_0001_2.tif", moved_band(2, 1.5, 0, kWidth, kHeight));
+  const Scene read = scene.read();
+  ASSERT_EQ(read.band_places.size(), 2u);
+  EXPECT_NEAR(read.band_places[1].file_from_photo[2], 1.5, 0.25);
+  PhotoCache cache(read, 0);
+  const auto samples = cache.samples(ViewId{0});
+  double sum = 0;
+  for (int y = 5; y < kHeight - 5; ++y)
+    for (int x = 5; x < kWidth - 5; ++x)
+      sum += std::abs(static_cast<double>(load_sample(samples->at(x, y), SampleType::u16)) -
+                      static_cast<double>(load_sample(samples->at(x, y) + 2, SampleType::u16)));
+  EXPECT_LT(sum / ((kWidth - 10) * (kHeight - 10)), 0.02 * 40000);
+}
+
+TEST(BandFiles, InFoldersAreAddedToThePhotos) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const Samples rgb = spread(3, SampleType::u16, 0, 60000), infrared = spread(1, SampleType::u16, 0, 50000);
+  scene.write_all(rgb, {.photometric = PHOTOMETRIC_RGB});
+  for (const std::string name : {"a.tif", "b.tif"}) test::write_tiff(scene.folder() / "nir" / name, infrared);
+  SceneOptions options;
+  options.bands = {{"NIR", scene.folder() / "nir"}};
+  const Scene read = scene.read(options);
+  EXPECT_EQ(names_of(read), "Red,Green,Blue,NIR");
+  PhotoCache cache(read, 0);
+  const auto samples = cache.samples(ViewId{1});
+  EXPECT_EQ(samples->bands, 4u);
+  const auto before = cache.key(ViewId{1});
+  test::write_tiff(scene.folder() / "nir" / "b.tif", spread(1, SampleType::u16, 0, 49000));
+  EXPECT_TRUE(contains(input_error([&] { cache.samples(ViewId{1}); }), "b.tif: has changed"));
+  PhotoCache again(read, 0);
+  EXPECT_NE(again.key(ViewId{1}), before);
+  std::filesystem::remove(scene.folder() / "nir" / "b.tif");
+  EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "there is no file of its band 'NIR' in "));
+  test::write_tiff(scene.folder() / "nir" / "b.tif", spread(1, SampleType::u8, 0, 255));
+  EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "b.tif: holds samples of u8, "));
+  test::write_tiff(scene.folder() / "nir" / "b.tif",
+                   picture(
+                       1, SampleType::u16, [](std::size_t, int x, int) { return x; }, 20, 10));
+  EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "b.tif: is 20 x 10 pixels, "));
+  options.bands = {{"NIR", scene.folder() / "nir"}, {"nir", scene.folder() / "images"}};
+  EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "given for the band 'nir', which another folder"));
+}
+
+TEST(BandFiles, ThatAreViewsOfTheirOwnAreNoBands) {
+  const BandScene scene({"IMG_0001_1.tif", "IMG_0001_2.tif"});
+  scene.write_all(spread(1, SampleType::u16, 0, 60000));
+  const Scene read = scene.read();
+  EXPECT_TRUE(read.views[0].band_files.empty());
+  EXPECT_EQ(read.bands->bands.size(), 1u);
+}
+
+TEST(BandFiles, OfAnotherSizeAreLeftOutAndSaidSo) {
+  const BandScene scene({"IMG_0001_1.tif"});
+  scene.write("IMG_0001_1.tif", spread(1, SampleType::u16, 0, 60000));
+  scene.write("IMG_0001_2.tif", spread(1, SampleType::u16, 0, 50000));
+  scene.write("IMG_0001_6.tif", picture(
+                                    1, SampleType::u16, [](std::size_t, int x, int) { return x; }, 16, 12));
+  const Scene read = scene.read();
+  EXPECT_EQ(read.views[0].band_files.size(), 2u);
+  EXPECT_TRUE(has_warning(read, "the band '6' is left out"));
+  SceneOptions options;
+  options.bands_by_name = false;
+  EXPECT_TRUE(scene.read(options).views[0].band_files.empty());
+}
+
+}  // namespace
+}  // namespace gpvc::io

@@ -1,0 +1,158 @@
+// Samples of files as they are stored: every layout of TIFF, PNGs of 16 bits, EXR; pixels without data.
+#include <OpenImageIO/imageio.h>
+
+#include <limits>
+#include <random>
+
+#include "io/bands/band_photo.h"
+#include "io/images.h"
+#include "io/push_pull.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/tiff_photo.h"
+
+namespace gpvc::io {
+namespace {
+
+using test::contains;
+using test::input_error;
+using test::TemporaryFolder;
+using test::TiffLayout;
+
+/// Samples that all differ, over the whole range of their type.
+Samples noise(int width, int height, std::size_t bands, SampleType type) {
+  Samples samples{width, height, bands, type, {}};
+  samples.bytes.resize(pixel_index(0, height, width) * samples.pixel_bytes());
+  std::mt19937 random(static_cast<unsigned>(bands));
+  for (std::size_t at = 0; at < samples.bytes.size(); at += bytes_of(type)) {
+    const auto number = random();
+    store_sample(&samples.bytes[at], type,
+                 type == SampleType::f32 ? static_cast<float>(number) / 1e7f - 100
+                                         : static_cast<float>(number % 65536) / (type == SampleType::u8 ? 256 : 1));
+  }
+  return samples;
+}
+
+TEST(Samples, AreThoseOfTiffsInAllLayouts) {
+  const TemporaryFolder folder;
+  const std::uint16_t kSeparate = PLANARCONFIG_SEPARATE;
+  const TiffLayout layouts[] = {{},
+                                {.coding = COMPRESSION_LZW, .predictor = PREDICTOR_HORIZONTAL},
+                                {.coding = COMPRESSION_ADOBE_DEFLATE},
+                                {.coding = COMPRESSION_ADOBE_DEFLATE, .planes = kSeparate},
+                                {.tile = 16},
+                                {.coding = COMPRESSION_LZW, .planes = kSeparate, .tile = 32},
+                                {.mode = "w8"},
+                                {.mode = "wb"}};
+  for (const SampleType type : {SampleType::u8, SampleType::u16, SampleType::f32})
+    for (const std::size_t bands : {1u, 2u, 3u, 4u, 5u, 10u, 32u})
+      for (std::size_t i = 0; i < std::size(layouts); ++i) {
+        TiffLayout layout = layouts[i];
+        if (type == SampleType::f32 && layout.predictor != PREDICTOR_NONE) layout.predictor = PREDICTOR_FLOATINGPOINT;
+        const Samples samples = noise(37, 23, bands, type);
+        test::write_tiff(folder.path() / "a.tif", samples, layout);
+        const Samples read = read_samples(folder.path() / "a.tif");
+        EXPECT_EQ(read.width, 37);
+        EXPECT_EQ(read.height, 23);
+        EXPECT_EQ(read.bands, bands);
+        EXPECT_EQ(read.type, type);
+        EXPECT_EQ(read.bytes, samples.bytes) << bands << " bands, layout " << i;
+      }
+}
+
+template <typename T>
+std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int channels, OIIO::TypeDesc type,
+                            OIIO::TypeDesc stored, const std::vector<T>& samples) {
+  const auto file = folder.path() / name;
+  OIIO::ImageSpec spec(static_cast<int>(samples.size()) / channels, 1, channels, stored);
+  spec["oiio:UnassociatedAlpha"] = 1;
+  const auto out = OIIO::ImageOutput::create(file.string());
+  EXPECT_TRUE(out && out->open(file.string(), spec) && out->write_image(type, samples.data()) && out->close());
+  return file;
+}
+
+TEST(Samples, AreThoseOfPngsAndExrs) {
+  const TemporaryFolder folder;
+  const std::vector<std::uint16_t> words{0, 1, 257, 4095, 40000, 65535};
+  const Samples png = read_samples(store(folder, "a.png", 3, OIIO::TypeUInt16, OIIO::TypeUInt16, words));
+  EXPECT_EQ(png.type, SampleType::u16);
+  EXPECT_EQ(png.bytes, test::bytes_in(words));
+  // The fourth of a PNG is its alpha.
+  const Samples rgba = read_samples(store(folder, "b.png", 4, OIIO::TypeUInt16, OIIO::TypeUInt16,
+                                          std::vector<std::uint16_t>{1, 2, 3, 0, 5, 6, 7, 8}));
+  EXPECT_EQ(rgba.bands, 3u);
+  EXPECT_EQ(rgba.bytes, test::bytes_in(std::vector<std::uint16_t>{1, 2, 3, 5, 6, 7}));
+  const std::vector<float> light{0, 0.25f, 1, 2, 1024, 0.5f};
+  for (const OIIO::TypeDesc& stored : {OIIO::TypeFloat, OIIO::TypeHalf}) {
+    const Samples exr = read_samples(store(folder, "a.exr", 3, OIIO::TypeFloat, stored, light));
+    EXPECT_EQ(exr.type, SampleType::f32);
+    EXPECT_EQ(exr.bytes, test::bytes_in(light));
+  }
+  const std::vector<double> doubles{0.1, 1e-3, 7};
+  const Samples read = read_samples(store(folder, "d.tif", 1, OIIO::TypeDesc::DOUBLE, OIIO::TypeDesc::DOUBLE, doubles));
+  EXPECT_EQ(read.bytes, test::bytes_in(std::vector<float>{0.1f, 1e-3f, 7}));
+}
+
+TEST(Samples, OfOtherTypesAreRefusedInOneSentence) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](OIIO::TypeDesc type) {
+    return input_error([&] {
+      read_samples(store(folder, "a.tif", 1, type, type, std::vector<std::uint64_t>{1, 2, 3}));
+    });
+  };
+  for (const auto& [type, name] :
+       {std::pair{OIIO::TypeDesc::UINT32, "type uint"}, std::pair{OIIO::TypeDesc::INT16, "type int16"},
+        std::pair{OIIO::TypeDesc::INT32, "type int"}})
+    EXPECT_TRUE(contains(refusal(type), std::string("a.tif: holds samples of ") + name)) << refusal(type);
+}
+
+TEST(Samples, WithoutDataAreFoundByNanInfinityAndTheDeclaredNumber) {
+  const TemporaryFolder folder;
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  Samples samples{4, 1, 2, SampleType::f32, test::bytes_in(std::vector<float>{1, 2, nan, 3, 4, -infinity, 5, -9999})};
+  const auto file = folder.path() / "a.tif";
+  const auto missing = [&] {
+    const StoredPhoto photo = read_stored(file);
+    std::string excluded;
+    for (int x = 0; x < photo.samples.width; ++x)
+      excluded += photo.without_data && photo.without_data->excludes(x, 0) ? 'x' : '.';
+    return excluded;
+  };
+  test::write_tiff(file, samples);
+  EXPECT_EQ(missing(), ".xx.");
+  test::write_tiff(file, samples, {.nodata = "-9999"});
+  EXPECT_EQ(missing(), ".xxx");
+  EXPECT_EQ(read_samples(file).bytes, test::bytes_in(std::vector<float>{1, 2, 0, 3, 4, 0, 5, 0}));
+  samples = {3, 1, 1, SampleType::u16, test::bytes_in(std::vector<std::uint16_t>{0, 7, 65535})};
+  test::write_tiff(file, samples);
+  EXPECT_EQ(missing(), "...");
+  test::write_tiff(file, samples, {.nodata = " 65535 "});
+  EXPECT_EQ(missing(), "..x");
+}
+
+TEST(Samples, HolesAreFilledAsThoseOfImagesAre) {
+  Samples samples = noise(19, 11, 3, SampleType::u8);
+  Image image{19, 11, 3, {}};
+  for (const std::byte byte : samples.bytes) image.pixels.push_back(std::to_integer<std::uint8_t>(byte));
+  std::vector<std::uint8_t> known(19 * 11, 1);
+  for (int y = 3; y < 9; ++y)
+    for (int x = 4; x < 15; ++x) known[pixel_index(x, y, 19)] = 0;
+  const Samples before = samples;
+  fill_holes(samples, known);
+  fill_holes(image, known, false);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    EXPECT_NEAR(std::to_integer<int>(samples.bytes[i]), image.pixels[i], 2);  // which rounds at each level
+    if (known[i / 3] != 0) EXPECT_EQ(samples.bytes[i], before.bytes[i]);
+  }
+}
+
+TEST(Samples, AreReducedToMeansRoundedToNearest) {
+  const Samples samples{4, 2, 2, SampleType::u16,
+                        test::bytes_in(std::vector<std::uint16_t>{1, 65535, 2, 65535, 9, 9, 9, 9,  //
+                                                                  2, 65535, 2, 65534, 0, 9, 0, 9})};
+  EXPECT_EQ(reduce_samples(samples, 2).bytes, test::bytes_in(std::vector<std::uint16_t>{2, 65535, 5, 9}));
+  const Samples reals{2, 2, 1, SampleType::f32, test::bytes_in(std::vector<float>{-1, 0.5f, 0.25f, 1})};
+  EXPECT_EQ(reduce_samples(reals, 2).bytes, test::bytes_in(std::vector<float>{0.1875f}));
+}
+
+}  // namespace
+}  // namespace gpvc::io
