@@ -240,7 +240,10 @@ std::vector<BandMatch> match_bands(const Samples& photo, std::size_t primary, st
   Shift shift;
   int reach = a.back().width / 8;
   for (std::size_t level = a.size(); level-- > 0; reach = 2) {
-    shift = best_shift(a[level], b[level], middle_of(a[level]), {2 * shift.right, 2 * shift.down}, reach);
+    const Window all = middle_of(a[level]);
+    shift = best_shift(a[level], b[level], all, {2 * shift.right, 2 * shift.down}, reach);
+    // Coarse levels may have lost what the fine ones show; most bands lie near each other.
+    if (const Shift none = best_shift(a[level], b[level], all, {}, 2); none.score > shift.score) shift = none;
     if (shift.score < 0) return {};
   }
   constexpr int kAcross = 8, kDown = 6;

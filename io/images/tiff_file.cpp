@@ -1,5 +1,5 @@
 // TIFF by libtiff. What it is asked for here are photos as cameras and mapping programs write them: grey or RGB, further samples, whole
-// numbers of 8 or 16 bits or floats of 32, strips or tiles, planes together or apart, in every coding that libtiff knows. Other
+// numbers of 8 or 16 bits or floats of 32 or 64, strips or tiles, planes together or apart, in every coding that libtiff knows. Other
 // files, of palettes or inks or sensors' samples for example, are left to other_formats.h.
 #include <tiffio.h>
 
@@ -121,7 +121,7 @@ bool is_jpeg_in_ycbcr(const Layout& l) {
 
 bool is_ours(TIFF& tiff, const Layout& l) {
   const bool whole = l.format == SAMPLEFORMAT_UINT && (l.bits == 8 || l.bits == 16);
-  const bool real = l.format == SAMPLEFORMAT_IEEEFP && l.bits == 32;
+  const bool real = l.format == SAMPLEFORMAT_IEEEFP && (l.bits == 32 || l.bits == 64);
   if (!(whole || real) || TIFFIsCODECConfigured(l.coding) == 0 || is_dng(tiff)) return false;
   if (is_jpeg_in_ycbcr(l)) return true;
   if (l.photometric != PHOTOMETRIC_MINISBLACK && l.photometric != PHOTOMETRIC_RGB) return false;
@@ -206,10 +206,6 @@ class Store {
 
  private:
   void put(std::size_t at, const std::byte* from) const {
-    if (room_.form == SampleForm::stored) {
-      std::memcpy(static_cast<std::byte*>(room_.samples) + at * layout_.sample_bytes(), from, layout_.sample_bytes());
-      return;
-    }
     if (layout_.bits == 8) {
       const auto value = static_cast<std::uint8_t>(*from);
       if (room_.form == SampleForm::reals)
@@ -219,19 +215,30 @@ class Store {
     } else if (layout_.bits == 16) {
       std::uint16_t value = 0;
       std::memcpy(&value, from, sizeof value);
-      if (room_.form == SampleForm::reals)
+      if (room_.form == SampleForm::stored)
+        std::memcpy(bytes() + at * sizeof value, &value, sizeof value);
+      else if (room_.form == SampleForm::reals)
         reals()[at] = static_cast<float>(value) / 65535;
       else
         bytes()[at] = static_cast<std::uint8_t>((value + 128u) / 257u);  // to the nearest
     } else {
-      float value = 0;
-      std::memcpy(&value, from, sizeof value);
-      if (room_.form == SampleForm::reals)
+      const float value = real(from);
+      if (room_.form != SampleForm::bytes)
         reals()[at] = value;
       else
         bytes()[at] =
             std::isnan(value) ? std::uint8_t{0} : static_cast<std::uint8_t>(std::clamp(value, 0.0f, 1.0f) * 255 + 0.5f);
     }
+  }
+  float real(const std::byte* from) const {
+    float single = 0;
+    double value = 0;
+    if (layout_.bits == 32) {
+      std::memcpy(&single, from, sizeof single);
+      return single;
+    }
+    std::memcpy(&value, from, sizeof value);
+    return static_cast<float>(value);
   }
   std::uint8_t* bytes() const { return static_cast<std::uint8_t*>(room_.samples); }
   float* reals() const { return static_cast<float*>(room_.samples); }
@@ -242,7 +249,8 @@ class Store {
 
 /// True if the file's bytes of a strip are what the room holds.
 bool fits_as_it_is(const Layout& l, const SampleRoom& room) {
-  const bool as_stored = room.form == SampleForm::stored || (room.form == SampleForm::bytes && l.bits == 8);
+  const bool as_stored =
+      (room.form == SampleForm::stored && l.bits <= 32) || (room.form == SampleForm::bytes && l.bits == 8);
   return as_stored && (l.planes == PLANARCONFIG_CONTIG || l.channels == 1) && room.channels == l.channels;
 }
 

@@ -150,10 +150,11 @@ TEST(Bands, ReflectancesKeepTheirNumbersAndLoseWhatIsNone) {
       EXPECT_EQ(excluded->excludes(x, y), hole);
       for (std::size_t b = 0; b < 5; ++b) {
         const float value = load_sample(stored->at(x, y) + 4 * b, SampleType::f32);
-        if (!hole)
+        if (!hole) {
           EXPECT_EQ(value, load_sample(samples.at(x, y) + 4 * b, SampleType::f32));
-        else
+        } else {
           EXPECT_NEAR(value, 0.23 + static_cast<double>(b) / 100, 0.08);  // of its surroundings
+        }
       }
     }
 }
@@ -305,10 +306,21 @@ TEST(BandFiles, AreTakenByTheirNames) {
   EXPECT_EQ(name("data/RGB/IMG_1.tif"), "");
 }
 
-/// Something to register by, with its lights and darks changed from band to band.
+/// Something to register by: smooth noise of several sizes, 0 to 1.
 double texture(double x, double y) {
-  return 0.5 + 0.2 * std::sin(0.71 * x + 0.3 * std::sin(0.23 * y)) +
-         0.2 * std::sin(0.53 * y + 0.9 * std::cos(0.19 * x)) + 0.1 * std::sin(0.31 * (x + y));
+  double sum = 0;
+  for (const double size : {5.0, 11.0, 29.0, 67.0}) {
+    const double u = x / size + 50, v = y / size + 50, i = std::floor(u), j = std::floor(v);
+    const auto node = [&](double right, double down) {
+      std::minstd_rand random(static_cast<unsigned>(size + 977 * (i + right) + 31 * (j + down) * (i + right + 7)));
+      random.discard(3);
+      return static_cast<double>(random() % 1000) / 1000;
+    };
+    const auto smooth = [](double t) { return t * t * (3 - 2 * t); };
+    const double s = smooth(u - i), t = smooth(v - j);
+    sum += (1 - t) * ((1 - s) * node(0, 0) + s * node(1, 0)) + t * ((1 - s) * node(0, 1) + s * node(1, 1));
+  }
+  return sum / 4;
 }
 
 /// Band `number` shows at (x, y) what the first one shows at (x - right, y - down).
@@ -390,9 +402,10 @@ TEST(BandFiles, AShiftByWholePixelsKeepsSamplesAndExcludesWhatABandLacks) {
     for (int x = 0; x < kWidth; ++x) {
       const bool shown = x + 2 < kWidth && y >= 1;
       EXPECT_EQ(excluded->excludes(x, y), !shown) << x << ' ' << y;
-      if (shown)
+      if (shown) {
         EXPECT_EQ(load_sample(samples->at(x, y) + 4, SampleType::u16),
                   load_sample(own.at(x + 2, y - 1), SampleType::u16));
+      }
     }
 }
 
@@ -423,8 +436,7 @@ TEST(BandFiles, InFoldersAreAddedToThePhotos) {
   const Scene read = scene.read(options);
   EXPECT_EQ(names_of(read), "Red,Green,Blue,NIR");
   PhotoCache cache(read, 0);
-  const auto samples = cache.samples(ViewId{1});
-  EXPECT_EQ(samples->bands, 4u);
+  EXPECT_EQ(cache.samples(ViewId{1})->bands, 4u);
   const auto before = cache.key(ViewId{1});
   test::write_tiff(scene.folder() / "nir" / "b.tif", spread(1, SampleType::u16, 0, 49000));
   EXPECT_TRUE(contains(input_error([&] { cache.samples(ViewId{1}); }), "b.tif: has changed"));

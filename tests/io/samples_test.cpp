@@ -87,9 +87,21 @@ TEST(Samples, AreThoseOfPngsAndExrs) {
     EXPECT_EQ(exr.type, SampleType::f32);
     EXPECT_EQ(exr.bytes, test::bytes_in(light));
   }
-  const std::vector<double> doubles{0.1, 1e-3, 7};
-  const Samples read = read_samples(store(folder, "d.tif", 1, OIIO::TypeDesc::DOUBLE, OIIO::TypeDesc::DOUBLE, doubles));
-  EXPECT_EQ(read.bytes, test::bytes_in(std::vector<float>{0.1f, 1e-3f, 7}));
+}
+
+TEST(Samples, OfDoublesBecomeFloats) {
+  const TemporaryFolder folder;
+  std::vector<double> doubles{0.1, 1e-3, 7};
+  const auto file = folder.path() / "d.tif";
+  TIFF* tiff = TIFFOpen(file.c_str(), "w");
+  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 3);
+  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 1);
+  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 64);
+  TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+  TIFFWriteScanline(tiff, doubles.data(), 0, 0);
+  TIFFClose(tiff);
+  EXPECT_EQ(read_samples(file).bytes, test::bytes_in(std::vector<float>{0.1f, 1e-3f, 7}));
 }
 
 TEST(Samples, OfOtherTypesAreRefusedInOneSentence) {
@@ -141,7 +153,9 @@ TEST(Samples, HolesAreFilledAsThoseOfImagesAre) {
   fill_holes(image, known, false);
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     EXPECT_NEAR(std::to_integer<int>(samples.bytes[i]), image.pixels[i], 2);  // which rounds at each level
-    if (known[i / 3] != 0) EXPECT_EQ(samples.bytes[i], before.bytes[i]);
+    if (known[i / 3] != 0) {
+      EXPECT_EQ(samples.bytes[i], before.bytes[i]);
+    }
   }
 }
 
