@@ -159,6 +159,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   const BlendWeights blending =
       state.options.blend == Blending::none ? BlendWeights() : BlendWeights(input, state.options.blend_cost);
   statistics.blended_faces = count_blended(input.mesh, blending);
+  const BandSet* bands = input.scene.bands ? &*input.scene.bands : nullptr;
   const int edge = block_edge(state.options.padding);
   AtlasBuild build{input,
                    state.options,
@@ -167,8 +168,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
                    layout.set,
                    blending,
                    {},
+                   {bands},
                    chart_places(layout.shapes, layout.packing, edge),
-                   make_pages(layout.shapes, layout.packing, edge)};
+                   make_pages(layout.shapes, layout.packing, edge, bands)};
   atlas.model.mesh = &input.mesh;
   write_texcoords(build, atlas.model);
   std::future<void> beside;
@@ -199,6 +201,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   build.correction = std::move(leveling->correction);
   BakedPages baked = bake_pages(build, options, progress);
   atlas.pages = std::move(baked.pages);
+  atlas.samples = std::move(baked.samples);
   statistics.page_texels = baked.page_texels;
   statistics.chart_texels = baked.chart_texels;
   statistics.padded_texels = baked.padded_texels;

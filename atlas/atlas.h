@@ -121,9 +121,18 @@ GPVC_MEMBERS(ViewExposure, gain, centre_x, centre_y, inverse_radius2, k1, k2)
 /// negative one.
 bool is_sound(const ViewExposure& exposure);
 
+/// The samples of a finished page, of its image's size.
+struct PageSamples {
+  Samples samples;  ///< in the units of the photos, all bands of AtlasInput::photos
+  std::vector<std::uint8_t>
+      charts{};  ///< per texel: 255 in charts, 0 beside them, where there are copies of their border, or 0
+};
+
 struct TextureAtlas {
   io::TexturedModel model;   ///< every input face has texture coordinates; those of the border have io::kNoPage instead
   std::vector<Image> pages;  ///< RGB; none where BakeOptions::take_page took them
+  std::vector<PageSamples>
+      samples;  ///< per page; none where photos have no bands, or BakeOptions::take_samples took them
   AtlasStatistics statistics;
   std::vector<std::uint32_t>
       face_chart;                      ///< per face, the number of its chart; AtlasStatistics::charts or more: border
@@ -137,6 +146,7 @@ struct FinishedTexture {
   /// By number. Those that faces beside the new ones do not use may be empty.
   std::span<const Image> pages;
   double reduction = 1;  ///< AtlasStatistics::reduction of that result, with which new charts are made, too
+  std::span<const Samples> samples = {};  ///< as pages, where photos have bands
 };
 
 /// What the atlas is made from. Borrows everything.
@@ -227,6 +237,10 @@ std::vector<PhotoMatch> match_photos(const AtlasInput& input);
 /// Bytes that a page takes for each of its texels while it is under construction: colour and state (4), and a third of that more
 /// while it is finished, for coarser copies of it. While it is painted that third is free.
 inline constexpr double kPageBytesPerTexel = 16.0 / 3, kFinishedPart = 0.25;
+/// Likewise with samples of so many bytes a texel beside the colour: see BandSet::pixel_bytes().
+constexpr double page_bytes_per_texel(std::size_t sample_bytes) {
+  return kPageBytesPerTexel + static_cast<double>(sample_bytes);
+}
 
 /// Photos that bake_atlas() holds at a time, beside those that the photo source keeps: one in use, and one for each of up to
 /// eight threads.
@@ -246,6 +260,8 @@ struct BakeOptions {
   /// Takes each page with its number as soon as it is finished; called by several threads at a time. Empty: the pages are
   /// returned.
   std::function<void(std::size_t number, Image page)> take_page = {};
+  /// Likewise the samples of pages, where photos have bands, before take_page takes the page.
+  std::function<void(std::size_t number, PageSamples page)> take_samples = {};
   /// Pages are baked in groups of at most so many bytes, one page at least.
   std::size_t page_bytes = std::numeric_limits<std::size_t>::max();
   /// Charts of partial faces are baked in batches of at most so many bytes, one chart at least, and each batch fetches its

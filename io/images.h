@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "error.h"
@@ -60,6 +61,12 @@ inline constexpr int kMostWebpEdge = 16383;
 /// embedded in jpg and png; without one, PNG says sRGB and the others nothing, which means the same. Throws OutputError.
 void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality,
                  const ColorProfile& profile = {});
+
+/// A TIFF with the bands of each pixel together, in deflate and without loss; names, wavelengths and units of the bands are where GDAL
+/// reads them. `mask`: per pixel, 0 where it has no value; becomes the file's own mask. Empty: none. BigTIFF where it is larger than
+/// 4 GB. Throws OutputError.
+void write_samples(const std::filesystem::path& file, const Samples& samples, const BandSet& bands,
+                   std::span<const std::uint8_t> mask = {});
 
 /// Adds EXIF data to a JPEG that write_image() wrote: the exposure time, the f-number and the ISO speed. Throws InputError,
 /// OutputError.

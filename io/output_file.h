@@ -21,6 +21,8 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
   void write(const void* data, std::size_t bytes);
   void write(const std::string& text) { write(text.data(), text.size()); }
+  /// Of the file under its temporary name, for a library that writes and reads it by itself. \pre not after write()
+  int descriptor() const;
   /// to_disk: the file survives a power cut. to_system: it survives the end of the process, and is there sooner.
   enum class Flush { to_disk, to_system };
   void commit(Flush flush = Flush::to_disk);

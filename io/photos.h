@@ -56,10 +56,8 @@ class PhotoSource {
   virtual std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) = 0;
   /// The coarse_image() of the view's photo. Throws InputError.
   virtual std::shared_ptr<const Image> coarse(ViewId view);
-  /// What the samples of all photos are; null: photo() gives all that photos have, RGB of 8 bits.
-  virtual const BandSet* bands() const { return nullptr; }
   /// What photo() is the picture of: the same size, pixel by pixel, excluded pixels painted over alike. A source that decodes files gets both
-  /// from one decoding. Throws InputError. \pre bands()
+  /// from one decoding. Throws InputError. \pre Scene::bands
   virtual std::shared_ptr<const Samples> samples(ViewId /*view*/) { return nullptr; }
   /// Stands for what photo() and exclusion() give for the view. nullopt: unknown, so that no result made from the view is
   /// kept for another run. Throws InputError.
@@ -172,7 +170,6 @@ class CoarsePhotos final : public PhotoSource {
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override { return photos_.exclusion(view); }
   /// Throws OutputError as well, where what was kept cannot be read.
   std::shared_ptr<const Image> coarse(ViewId view) override;
-  const BandSet* bands() const override { return photos_.bands(); }
   std::shared_ptr<const Samples> samples(ViewId view) override { return photos_.samples(view); }
   std::optional<WorkKey> key(ViewId view) override { return photos_.key(view); }
   void keep_at_most(std::size_t bytes) override { photos_.keep_at_most(bytes); }

@@ -33,6 +33,7 @@ class PageStore final : public pipeline::PageSink {
   explicit PageStore(const std::filesystem::path& folder) : file_(folder) {}
   void begin(const atlas::AtlasEstimate&) override {}
   void take_page(std::size_t number, Image page) override;
+  void take_samples(std::size_t, atlas::PageSamples, const BandSet&) override {}
   /// To be called once all are taken.
   void complete();
   std::size_t size() const { return pages_.size(); }

@@ -72,9 +72,9 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
 
 // Shares the memory between pages, partial charts and photos.
 atlas::BakeOptions share_memory(const atlas::AtlasPlan& plan, const MemoryPlan& memory, const Run& run) {
-  constexpr double kTexel = atlas::kPageBytesPerTexel;
-  const double pages = kTexel * static_cast<double>(plan.estimate().page_texels);
-  const double page = std::min(pages, kTexel * run.settings.atlas.page_size * run.settings.atlas.page_size);
+  const double texel = memory.work.page_texel_bytes();
+  const double pages = texel * static_cast<double>(plan.estimate().page_texels);
+  const double page = std::min(pages, texel * run.settings.atlas.page_size * run.settings.atlas.page_size);
   const MemoryPlan::Shares shares = memory.while_baking(pages, page);
   run.photos.keep_at_most(shares.photos);
   return {.page_bytes = shares.pages, .batch_bytes = shares.batch};
@@ -139,6 +139,10 @@ atlas::TextureAtlas bake_into(const Run& run, const atlas::AtlasInput& from, con
     options.take_page = [&](std::size_t number, Image page) {
       run.observer.check_cancelled();
       sink->take_page(number, std::move(page));
+    };
+    options.take_samples = [&](std::size_t number, atlas::PageSamples page) {
+      run.observer.check_cancelled();
+      sink->take_samples(number, std::move(page), *run.input.scene.bands);
     };
   }
   return bake_and_end(plan, from, run.settings.atlas, run.observer, options);

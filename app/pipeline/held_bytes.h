@@ -28,7 +28,7 @@ inline constexpr double kDrawnVertex = sizeof(CameraPoint) + sizeof(PixelPoint);
 inline constexpr double kSummedFace = 100;
 /// Two views are in work: each has item buffer and photo, and one more photo is decoded. The factor is for the strip along
 /// silhouettes and the depths that are drawn.
-inline constexpr double kSeenPixel = 1.53 * (2 * kOwnerPixel + 3 * kPhotoPixel);
+inline double seen_pixel(const Workload& work) { return 1.53 * (2 * kOwnerPixel + 3 * work.photo_pixel_bytes()); }
 /// Where background is looked for: some 62 bytes for a square of 4 x 4 pixels, and two bits a pixel.
 inline constexpr double kBackgroundPixel = 62.0 / 16 + 0.25;
 
@@ -43,7 +43,7 @@ inline double previews(const Workload& work) {
 
 /// While a view is looked at, beside the mesh.
 inline double view(const Workload& work) {
-  return (kSeenPixel + kBackgroundPixel) * work.most_pixels + kDrawnVertex * work.vertices +
+  return (seen_pixel(work) + kBackgroundPixel) * work.most_pixels + kDrawnVertex * work.vertices +
          kSummedFace * work.pairs / std::max(work.views, 1.0);
 }
 

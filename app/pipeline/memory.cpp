@@ -121,6 +121,12 @@ std::size_t available_memory(const fs::path& root) {
 
 std::size_t default_memory_limit() { return available_memory() / 10 * 7; }
 
+double Workload::page_texel_bytes() const {
+  return atlas::page_bytes_per_texel(static_cast<std::size_t>(sample_bytes));
+}
+
+double Workload::photo_pixel_bytes() const { return held::kPhotoPixel + sample_bytes; }
+
 Workload workload(const Input& input, const Settings& settings) {
   constexpr std::size_t kProjections = 2000000, kMostFaces = 20000;
   const std::size_t faces = input.mesh.faces.size();
@@ -139,6 +145,7 @@ Workload workload(const Input& input, const Settings& settings) {
   work.faces = static_cast<double>(faces);
   work.vertices = static_cast<double>(input.mesh.positions.size());
   work.views = static_cast<double>(input.views.size());
+  if (input.scene.bands) work.sample_bytes = static_cast<double>(input.scene.bands->pixel_bytes());
   for (const ViewId id : input.views) {
     const Camera& camera = input.scene.views[index(id)].camera;
     const double px = static_cast<double>(camera.width) * camera.height;
@@ -174,7 +181,8 @@ MemoryNeed memory_need(const Workload& work, int threads) {
   // coordinates and offsets of the faces.
   constexpr double kCharts = 250, kVertexView = 16;
   need.bake = always + (kCandidate + kVertexView / 2) * work.pairs +
-              kPhotoPixel * static_cast<double>(atlas::photos_held()) * work.most_pixels + kCharts * work.faces;
+              work.photo_pixel_bytes() * static_cast<double>(atlas::photos_held()) * work.most_pixels +
+              kCharts * work.faces;
   // Texture coordinates and the pieces of the GLB; the preview and the pages that it is drawn with.
   constexpr double kWrittenFace = 40, kPreview = 120e6;
   need.write = kProgram + mesh(work) + kWrittenFace * work.faces + kPreview;
@@ -209,7 +217,7 @@ MemoryPlan::Shares MemoryPlan::while_baking(double all_pages, double page) const
 }
 
 double MemoryPlan::peak() const {
-  const double pages = atlas::kPageBytesPerTexel * work.texels, photos = held::kPhotoPixel * work.pixels;
+  const double pages = work.page_texel_bytes() * work.texels, photos = work.photo_pixel_bytes() * work.pixels;
   // Needs are upper bounds, which a promise is made with: of these and of the limit, runs on ten scenes of different shape
   // took 0.76 to 1.04.
   constexpr double kTypical = 0.87;
@@ -240,9 +248,9 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   plan.need = need;
   plan.work = work;
   // At least one page is baked at a time.
-  constexpr double kTexel = atlas::kPageBytesPerTexel;
-  const double all_pages = kTexel * work.texels;
-  const double page = std::min(kTexel * settings.atlas.page_size * settings.atlas.page_size, all_pages);
+  const double texel = work.page_texel_bytes();
+  const double all_pages = texel * work.texels;
+  const double page = std::min(texel * settings.atlas.page_size * settings.atlas.page_size, all_pages);
   const double least = std::max({plan.need.see, plan.need.choose, plan.need.write, plan.need.bake + page});
   const auto most = static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : default_memory_limit());
   if (least > most && most < promised)
@@ -259,7 +267,8 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   constexpr double kReserve = 1.3;
   const double pages = std::min(kReserve * all_pages, std::max(page, kModestPages) / kPagesShare);
   // So do photos, if all are kept, for which baking leaves half of what its pages do not take.
-  const double all_photos = held::kPhotoPixel * work.pixels, photos = all_photos <= kModestPhotos ? all_photos : 0;
+  const double all_photos = work.photo_pixel_bytes() * work.pixels,
+               photos = all_photos <= kModestPhotos ? all_photos : 0;
   const double lean = std::max(
       {plan.need.see + photos, plan.need.choose + photos, plan.need.write, plan.need.bake + pages + 2 * photos});
   plan.limit = std::max(least, settings.memory_bytes > 0 ? kKeep * most : std::min(most, lean));

@@ -28,6 +28,10 @@ struct Workload {
   double pixels = 0, most_pixels = 0;  ///< of all views, of the largest one
   double pairs = 0;                    ///< of a face and a view that has it in its frame, from the front
   double texels = 0;                   ///< of all pages
+  double sample_bytes = 0;             ///< of a pixel, where photos have bands (BandSet::pixel_bytes()), and of a texel
+
+  double page_texel_bytes() const;  ///< of a page that is painted
+  double photo_pixel_bytes() const;
 };
 
 /// O(sampled faces x views), at most some million projections; TBB.

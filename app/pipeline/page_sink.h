@@ -18,6 +18,8 @@ class PageSink {
   virtual std::future<void> take_model(const io::TexturedModel& /*model*/) { return {}; }
   /// Takes each page as soon as it is finished; called by several threads at a time.
   virtual void take_page(std::size_t number, Image page) = 0;
+  /// Likewise the samples of the page, before it, where photos have bands. \param bands as of the photos
+  virtual void take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) = 0;
 };
 
 }  // namespace gpvc::pipeline

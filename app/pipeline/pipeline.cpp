@@ -214,6 +214,7 @@ WrittenModel write(const Run& run, const TexturedMesh& textured, OutputFolder& f
   std::future<void> mesh = files.take_model(atlas.model);
   tbb::parallel_for(std::size_t{0}, atlas.pages.size(), [&](std::size_t n) {
     run.observer.check_cancelled();
+    if (run.input.scene.bands) files.take_samples(n, atlas.samples[n], *run.input.scene.bands);
     files.take_page(n, atlas.pages[n]);
   });
   const WrittenModel written = files.finish(atlas.model, atlas.statistics.cuts);

@@ -245,6 +245,9 @@ class Remaking final : public PageSink {
   void take_page(std::size_t number, Image page) override {
     files_.take_page(change_.pages_kept + number, std::move(page));
   }
+  void take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) override {
+    files_.take_samples(change_.pages_kept + number, std::move(page), bands);
+  }
 
   io::TexturedModel take_joined() { return std::move(model_); }
 

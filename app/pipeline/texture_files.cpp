@@ -169,15 +169,20 @@ std::string page_name(std::size_t number, io::ImageFormat format) {
   return fmt::format("model_{}.{}", number, name_of(io::kImageFormatNames, format));
 }
 
+std::string samples_name(std::size_t number) { return fmt::format("model_{}.tif", number); }
+
 FileSizes predicted_sizes(const Input& input, const Settings& settings, double texels) {
   const auto faces = static_cast<double>(input.mesh.faces.size());
   const auto vertices = static_cast<double>(input.mesh.positions.size());
   // labels.npy and tags.npy; in model.obj at least "f 1 2 3" and "v 0 0 0", each with a line end.
+  double of_samples = 0;
   FileSizes sizes{(4 + 1) * faces + 8 * faces + 8 * vertices, 0};
+  // Samples hardly become smaller.
+  if (input.scene.bands) of_samples = static_cast<double>(input.scene.bands->pixel_bytes());
   // As city scenes and photographed ones have them: 90 bytes a face in model.obj, 45 in model.glb beside the pages; a byte a
   // texel as JPEG, three as PNG, once by itself and once in model.glb; the preview.
   const double of_texel = settings.output.texture == io::ImageFormat::png ? 3 : 1;
-  sizes.likely = std::max(sizes.least, (5 + 4 + 90 + 45) * faces + 2 * of_texel * texels + 2e6);
+  sizes.likely = std::max(sizes.least, (5 + 4 + 90 + 45) * faces + (2 * of_texel + of_samples) * texels + 2e6);
   return sizes;
 }
 
@@ -192,6 +197,8 @@ void ModelFiles::begin(const atlas::AtlasEstimate& size) {
   obj_file_ = folder_.file("model.obj");
   folder_.file("model.mtl");
   pages_ = promise_pages(folder_, size.pages, run_.settings.output.texture);
+  if (run_.input.scene.bands)
+    for (std::size_t n = 0; n < size.pages; ++n) samples_.push_back(folder_.file(samples_name(n)));
   preview_file_ = folder_.file("preview.png");
   labels_file_ = folder_.file("labels.npy");
   tags_file_ = folder_.file("tags.npy");
@@ -227,6 +234,10 @@ void ModelFiles::take_page(std::size_t number, Image page) {
   const auto kept = std::make_shared<const Image>(std::move(page));
   last_page_ = std::async(std::launch::async, [write, kept] { write(*kept); });
   preview_pages_[number] = io::reduce_image(*kept, reduction_);
+}
+
+void ModelFiles::take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) {
+  io::write_samples(samples_[number], page.samples, bands, page.charts);
 }
 
 void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image& page) {

@@ -22,6 +22,9 @@ std::string page_name(std::size_t number, io::ImageFormat format);
 /// mesh's own; tilesets are placed on the globe, for which the scene's are metres and their heights are known.
 enum class Coordinates { of_mesh_file, of_scene };
 
+/// The file of its samples, where photos have bands.
+std::string samples_name(std::size_t number);
+
 /// How the result's files write coordinates.
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,
                                Coordinates coordinates = Coordinates::of_mesh_file);
@@ -81,6 +84,8 @@ class ModelFiles final : public PageSink {
   std::future<void> take_model(const io::TexturedModel& model) override;
   /// Writes a page and keeps what the preview needs of it. The last one is written while finish() draws the preview.
   void take_page(std::size_t number, Image page) override;
+  /// Writes model_N.tif.
+  void take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) override;
   /// Takes over the file of a page of another result, byte for byte, instead of take_page().
   void keep_page(std::size_t number, const std::filesystem::path& from, const Image& page);
   /// Of the pages, by number.
@@ -97,6 +102,7 @@ class ModelFiles final : public PageSink {
   io::ModelOptions options_;
   std::filesystem::path obj_file_, preview_file_, labels_file_, tags_file_, faces_file_;
   std::vector<io::PageFile> pages_;
+  std::vector<std::filesystem::path> samples_;  ///< per page, where photos have bands
   std::vector<std::array<int, 2>> page_sizes_;
   int reduction_ = 1;                  ///< of the pages that the preview is drawn with
   std::vector<Image> preview_pages_;   ///< by number, as they are written

@@ -16,7 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string page_ending(std::size_t number) { return "_material" + four_digits(number) + "_map_Kd.png"; }
+std::string page_ending(std::size_t number, bool samples) {
+  return "_material" + four_digits(number) + "_map_Kd" + (samples ? ".tif" : ".png");
+}
 
 Image first_channel(const Image& page) {
   Image grey;
@@ -100,7 +102,7 @@ std::future<void> ModelFiles::take_model(const io::TexturedModel& model) {
   for (std::size_t page = 0; page < number.size(); ++page) {
     if (number[page] == io::kNoPage) continue;
     number[page] = count;
-    page_files_[page] = files_.file(ending_ + page_ending(count++));
+    page_files_[page] = files_.file(ending_ + page_ending(count++, options_.samples));
     pages->push_back({page_files_[page], io::ImageFormat::png});
   }
   if (count == 0) throw Error("no face of the mesh is shown by a photo: there is nothing to write");
@@ -115,10 +117,15 @@ std::future<void> ModelFiles::take_model(const io::TexturedModel& model) {
 }
 
 void ModelFiles::take_page(std::size_t number, Image page) {
-  if (number >= page_files_.size() || page_files_[number].empty()) return;
+  if (options_.samples || number >= page_files_.size() || page_files_[number].empty()) return;
   if (options_.gamma) apply_gamma(page);
   if (options_.grey) page = first_channel(page);
   io::write_image(page_files_[number], page, io::ImageFormat::png, 0);
+}
+
+void ModelFiles::take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) {
+  if (options_.samples && number < page_files_.size() && !page_files_[number].empty())
+    io::write_samples(page_files_[number], page.samples, bands);
 }
 
 }  // namespace gpvc::texrecon

@@ -41,8 +41,9 @@ class PrefixedFiles {
 std::string four_digits(std::size_t number);
 
 struct PageOptions {
-  bool grey = false;   ///< one channel, as the photos
-  bool gamma = false;  ///< colours to the power of 1 / 2.2
+  bool samples = false;  ///< the photos' own bands and depth, as TIFF, instead of colours of 8 bits
+  bool grey = false;     ///< one channel, as the photos
+  bool gamma = false;    ///< colours to the power of 1 / 2.2
 };
 
 /// Writes the pages that faces use, and the OBJ of those faces.
@@ -57,6 +58,7 @@ class ModelFiles final : public pipeline::PageSink {
   /// Numbers the pages that written faces use, and begins to write the OBJ. Throws InputError where there is no such face.
   std::future<void> take_model(const io::TexturedModel& model) override;
   void take_page(std::size_t number, Image page) override;
+  void take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) override;
 
  private:
   PrefixedFiles& files_;

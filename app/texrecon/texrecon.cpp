@@ -184,9 +184,9 @@ void run(const Arguments& arguments) {
   const std::vector<std::uint8_t> written =
       written_faces(in.mesh, chosen.graph, chosen.seen.candidates.tags, arguments.keep_unseen || arguments.nadir,
                     arguments.hole_filling);
-  ModelFiles model(
-      files, "", written,
-      {io::is_grey(in.scene.views[index(numbers.view(1))].photo), arguments.tone_mapping == ToneMapping::gamma});
+  ModelFiles model(files, "", written,
+                   {in.scene.bands.has_value(), io::is_grey(in.scene.views[index(numbers.view(1))].photo),
+                    arguments.tone_mapping == ToneMapping::gamma});
   const atlas::AtlasInput from =
       pipeline::atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
   pipeline::bake_into(run, from, pipeline::with_coverage(memory, chosen.seen.coverage),

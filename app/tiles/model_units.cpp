@@ -101,7 +101,7 @@ void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
   }
   io::remove_unfinished(obj, "");
   io::remove_unfinished(glb.parent_path(), glb.filename().string());
-  tileset::PageFiles pages(obj, "", settings.output, job_.color_profile);
+  tileset::PageFiles pages(obj, "", settings.output, job_.color_profile, finest);
   const atlas::TextureAtlas atlas =
       pipeline::bake_into({input, settings, photos, observer_}, tile.input(scene, photos, exposure, alignment), memory,
                           {.stage = unit.name, .scratch_folder = folder_.unit(unit.name)}, &pages);
@@ -118,7 +118,10 @@ void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
   tileset::write_tile(glb, model, job_.tiles_model, settings.output, folder_.unit(unit.name));
   note_output(glb);
   if (finest) {
-    for (const io::PageFile& page : pages.files()) note_output(page.file);
+    for (const io::PageFile& page : pages.files()) {
+      note_output(page.file);
+      if (scene.bands) note_output(tileset::samples_file(page));
+    }
     for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile, pipeline::kMetadataFile})
       if (io::is_file(obj / name)) note_output(obj / name);
   } else {

@@ -43,8 +43,12 @@ struct Coverage {
 }  // namespace
 
 PageFiles::PageFiles(std::filesystem::path folder, std::string prefix, const pipeline::OutputSettings& settings,
-                     io::ColorProfile profile)
-    : folder_(std::move(folder)), prefix_(std::move(prefix)), settings_(settings), profile_(std::move(profile)) {}
+                     io::ColorProfile profile, bool samples)
+    : folder_(std::move(folder)),
+      prefix_(std::move(prefix)),
+      settings_(settings),
+      profile_(std::move(profile)),
+      samples_(samples) {}
 
 void PageFiles::begin(const atlas::AtlasEstimate& size) {
   const auto file = [&](std::size_t page) {
@@ -53,17 +57,29 @@ void PageFiles::begin(const atlas::AtlasEstimate& size) {
   for (std::size_t p = 0; p < size.pages; ++p) files_.push_back({file(p), settings_.texture});
   // Those of an earlier result, which may have had more.
   std::error_code none;
-  for (std::size_t p = size.pages; std::filesystem::remove(file(p), none); ++p) {
-  }
+  for (std::size_t p = size.pages; std::filesystem::remove(file(p), none); ++p)
+    std::filesystem::remove(samples_file({file(p), settings_.texture}), none);
 }
 
 void PageFiles::take_page(std::size_t number, Image page) {
   io::write_image(files_[number].file, page, settings_.texture, settings_.quality, profile_);
 }
 
+void PageFiles::take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) {
+  if (samples_) io::write_samples(samples_file(files_[number]), page.samples, bands, page.charts);
+}
+
 void PageFiles::remove() noexcept {
   std::error_code ignored;
-  for (const io::PageFile& page : files_) std::filesystem::remove(page.file, ignored);
+  for (const io::PageFile& page : files_) {
+    std::filesystem::remove(page.file, ignored);
+    std::filesystem::remove(samples_file(page), ignored);
+  }
+}
+
+std::filesystem::path samples_file(const io::PageFile& page) {
+  std::filesystem::path file = page.file;
+  return file.replace_extension(".tif");
 }
 
 TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces,

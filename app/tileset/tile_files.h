@@ -17,11 +17,12 @@ namespace gpvc::tileset {
 /// The pages of an atlas as files, for tiles that are written when all are there. Borrows the settings.
 class PageFiles final : public pipeline::PageSink {
  public:
-  /// \param prefix of the files' names
+  /// \param prefix of the files' names \param samples write pages' samples, too
   PageFiles(std::filesystem::path folder, std::string prefix, const pipeline::OutputSettings& settings,
-            io::ColorProfile profile);
+            io::ColorProfile profile, bool samples);
   void begin(const atlas::AtlasEstimate& size) override;
   void take_page(std::size_t number, Image page) override;
+  void take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) override;
   std::span<const io::PageFile> files() const { return files_; }
   void remove() noexcept;
 
@@ -30,8 +31,12 @@ class PageFiles final : public pipeline::PageSink {
   std::string prefix_;
   const pipeline::OutputSettings& settings_;
   io::ColorProfile profile_;
+  bool samples_;
   std::vector<io::PageFile> files_;
 };
+
+/// The samples of a page, which lie beside it where photos have bands.
+std::filesystem::path samples_file(const io::PageFile& page);
 
 /// Some faces of a model with their vertices, texture coordinates and pages.
 struct TileModel {

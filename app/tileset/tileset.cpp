@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <utility>
@@ -126,7 +127,7 @@ class TilesetMaker {
     atlas::AtlasInput from =
         pipeline::atlas_input(input, run.photos, chosen.graph, chosen.seen, chosen.selection.labels);
     from.tile = level.tile;
-    PageFiles pages(folder_.in_making(), "page-", settings.output, profile_);
+    PageFiles pages(folder_.in_making(), "page-", settings.output, profile_, level.number == 0);
     pipeline::BakeSpace space{.scratch_folder = folder_.in_making()};
     if (checkpoint) space.kept = pages_of_tiles(*checkpoint, level.tile);
     const atlas::TextureAtlas atlas =
@@ -145,6 +146,13 @@ class TilesetMaker {
     for (const ViewId label : labels)
       if (label != kNoView) used[index(label)] = 1;
     std::erase_if(views_, [&](ViewId view) { return used[index(view)] == 0; });
+  }
+
+  // Of a tile's pages, in the order of its glTF's images.
+  void keep_samples(std::size_t tile, std::span<const io::PageFile> pages) {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t n = 0; n < pages.size(); ++n)
+      std::filesystem::rename(samples_file(pages[n]), folder_.file(fmt::format("tiles/0_{}_{}.tif", tile, n)));
   }
 
   void write_tiles(const Level& level, const atlas::TextureAtlas& atlas, const pipeline::Choice& chosen,
@@ -168,6 +176,7 @@ class TilesetMaker {
       observer_.check_cancelled();
       TileModel model = tile_model(atlas.model, faces[t], pages, drop);
       add_photos(model, input_.scene, faces[t], chosen.selection.labels);
+      if (level.number == 0 && input_.scene.bands) keep_samples(t, model.pages);
       write_tile(folder_.in_making() / tiles[t].file, model, options_, run_.settings.output, folder_.in_making());
       for (const WorldPoint& p : model.mesh.positions) tiles[t].box.add(tile_from_world(options_, p));
       if (level.number > 0) tiles[t].error = geometric_error(level.error[t], level.texel_size);
@@ -211,6 +220,7 @@ class TilesetMaker {
   std::vector<pipeline::NumberRanges> listed_;  ///< by the rules, on level 0
   io::ColorProfile profile_;
   io::ModelOptions options_;
+  std::mutex mutex_;                      ///< of files that are promised by several threads
   std::vector<std::vector<Tile>> tiles_;  ///< by level
   TilesetReport report_;
 };

@@ -89,6 +89,7 @@ class BandBaker {
         gather_strip(strip_, block, near_);
         gain_ = build_.correction.gain(photo_.id,
                                        chart_.frame_position((block.x0 + block.x1) / 2.0, (block.y0 + block.y1) / 2.0));
+        local_gain_ = local_gain(block);
         if (coarse)
           average_block(block, limits);
         else if (copied)
@@ -101,7 +102,7 @@ class BandBaker {
 
  private:
   static_assert(PhotoPatch::kRow == kStripRow);
-  /// Colours of a row of texels of a block, and whether they are known.
+  /// Colours of a row of texels of a block in a layer, exposed in the first and sampled in the others, and whether they are known.
   struct Row {
     std::array<Color, kStripRow> color{}, strip{};
     std::array<bool, kStripRow> known{};
@@ -116,25 +117,30 @@ class BandBaker {
     return false;
   }
 
-  /// Bakes the texels of a block; fill(y, row) gives a row's exposed colours.
+  /// Bakes the texels of a block; fill(layer, y, row) gives a row's colours.
   template <typename Fill>
   void bake_block(const CellBox& block, const Fill& fill) {
     for (int y = block.y0; y < block.y1; ++y) {
       Row row;
-      fill(y, row);
+      fill(0, y, row);
       if (!near_.empty()) row.strip = strip_offsets(near_, block.x0 + 0.5, y + 0.5);
       put(block, y, row);
+      for (std::size_t layer = 1; layer < build_.painting.layers(); ++layer) {
+        row.color = {};
+        fill(layer, y, row);
+        put_samples(layer, block, y, row);
+      }
     }
   }
 
-  /// As bake_block; sample(x, y) gives the exposed colour of a texel, or nullopt outside the photo.
+  /// As bake_block; sample(layer, x, y) gives the colour of a texel, or nullopt outside the photo.
   template <typename Sample>
   void bake_texels(const CellBox& block, const Sample& sample) {
-    bake_block(block, [&](int y, Row& row) {
+    bake_block(block, [&](std::size_t layer, int y, Row& row) {
       for (int x = block.x0; x < block.x1; ++x) {
         if (!wanted(x, y)) continue;
         const auto i = static_cast<std::size_t>(x - block.x0);
-        const std::optional<Color> color = sample(x, y);
+        const std::optional<Color> color = sample(layer, x, y);
         row.known[i] = color.has_value();
         if (color) row.color[i] = *color;
       }
@@ -153,6 +159,25 @@ class BandBaker {
       store(page_.image.pixels.data() + 3 * to,
             corrected(row.color[i], row.strip[i] + offset(raster_.owner[from], reach, x + 0.5, y + 0.5), gain_));
       page_.state[static_cast<std::size_t>(to)] = state_of(reach);
+    }
+  }
+
+  void put_samples(std::size_t number, const CellBox& block, int y, const Row& row) {
+    const PageLayer layer = page_.layer(number);
+    std::size_t from = raster_.at(block.x0, y);
+    for (int x = block.x0; x < block.x1; ++x, ++from) {
+      const auto i = static_cast<std::size_t>(x - block.x0);
+      const TexelReach reach = raster_.reach[from];
+      if (!row.known[i] || !is_baked(reach, build_.options.padding)) continue;
+      Color gain{1, 1, 1}, added;
+      const PixelPoint frame = chart_.frame_position(x + 0.5, y + 0.5);
+      if (build_.painting.are_colors()) {
+        added = row.strip[i] + offset(raster_.owner[from], reach, x + 0.5, y + 0.5);
+        if (local_gain_) gain = local_gain_->at(frame);
+      }
+      const auto texel = place_.texel(x, y);
+      layer.put(page_.at(texel.x, texel.y),
+                build_.painting.painted(number, row.color[i], photo_.id, frame, gain, added));
     }
   }
 
@@ -176,18 +201,20 @@ class BandBaker {
     return LocalGain(correction.exposure[index(photo_.id)], middle);
   }
 
-  Color exposed(const std::optional<LocalGain>& gain, const Color& color, int x, int y) const {
-    return gain ? gain->at(chart_.frame_position(x + 0.5, y + 0.5)) * color : color;
+  /// The exposed colour in the first layer, the sampled one in others.
+  Color exposed(std::size_t layer, const Color& color, int x, int y) const {
+    return layer == 0 && local_gain_ ? local_gain_->at(chart_.frame_position(x + 0.5, y + 0.5)) * color : color;
   }
+
+  Overshoot overshoot() const { return build_.painting.are_limited() ? Overshoot::limited : Overshoot::kept; }
 
   /// Texels that are pixels of the photo.
   void copy_block(const CellBox& block) {
     const int shift_x = static_cast<int>(chart_.origin_x), shift_y = static_cast<int>(chart_.origin_y);
-    const std::optional<LocalGain> gain = local_gain(block);
-    bake_texels(block, [&](int x, int y) -> std::optional<Color> {
+    bake_texels(block, [&](std::size_t layer, int x, int y) -> std::optional<Color> {
       const int px = shift_x + x, py = shift_y + y;
       if (px < 0 || py < 0 || px >= photo_.image.width || py >= photo_.image.height) return std::nullopt;
-      return exposed(gain, load(photo_.image.at(px, py)), x, y);
+      return exposed(layer, layer == 0 ? load(photo_.image.at(px, py)) : photo_.layer(layer).at(px, py), x, y);
     });
   }
 
@@ -195,48 +222,51 @@ class BandBaker {
     const PixelPoint low = chart_.frame_position(block.x0, block.y0);
     const PixelPoint high = chart_.frame_position(block.x1, block.y1);
     const PhotoPositions positions(photo_.view.camera, low.x, low.y, high.x, high.y);
-    const std::optional<LocalGain> gain = local_gain(block);
     const auto& corners = positions.corners();
     if (positions.interpolated() && std::ranges::all_of(corners, [&](const auto& q) { return in_photo(q); }))
-      return sample_inner_block(block, corners, gain);
-    bake_texels(block, [&](int x, int y) -> std::optional<Color> {
-      const std::optional<Color> color = resample(positions, x, y);
-      return color ? std::optional(exposed(gain, *color, x, y)) : std::nullopt;
+      return sample_inner_block(block, corners);
+    bake_texels(block, [&](std::size_t layer, int x, int y) -> std::optional<Color> {
+      const std::optional<Color> color = resample(layer, positions, x, y);
+      return color ? std::optional(exposed(layer, *color, x, y)) : std::nullopt;
     });
   }
 
   /// A block that lies in the photo, whose texels' positions are interpolated between its corners.
-  void sample_inner_block(const CellBox& block, const std::array<PhotoPoint, 4>& corners,
-                          const std::optional<LocalGain>& gain) {
+  void sample_inner_block(const CellBox& block, const std::array<PhotoPoint, 4>& corners) {
     FrameBox bounds;
     for (const PhotoPoint& q : corners) bounds.add(q.x, q.y);
-    patch_.load(photo_.image, {bounds.x0, bounds.y0}, {bounds.x1, bounds.y1});
+    patches_.resize(build_.painting.layers());
+    patches_[0].load(photo_.image, {bounds.x0, bounds.y0}, {bounds.x1, bounds.y1});
+    for (std::size_t layer = 1; layer < patches_.size(); ++layer)
+      patches_[layer].load(photo_.layer(layer), {bounds.x0, bounds.y0}, {bounds.x1, bounds.y1});
     const int width = block.x1 - block.x0, height = block.y1 - block.y0, n = taps();
     const auto between = [](const PhotoPoint& a, const PhotoPoint& b, double t) {
       return PhotoPoint{a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t};
     };
-    bake_block(block, [&](int y, Row& row) {
+    bake_block(block, [&](std::size_t layer, int y, Row& row) {
+      const Overshoot limit = layer == 0 ? Overshoot::kept : overshoot();
       for (int j = 0; j < n; ++j) {
         const double v = (y - block.y0 + (j + 0.5) / n) / height;
         const PhotoPoint left = between(corners[0], corners[2], v), right = between(corners[1], corners[3], v);
         const PhotoPoint step{(right.x - left.x) / width, (right.y - left.y) / width};
         for (int i = 0; i < n; ++i)
-          patch_.add_row({left.x + (i + 0.5) / n * step.x, left.y + (i + 0.5) / n * step.y}, step, row.color);
+          patches_[layer].add_row({left.x + (i + 0.5) / n * step.x, left.y + (i + 0.5) / n * step.y}, step, row.color,
+                                  limit);
       }
       const float share = 1 / static_cast<float>(n * n);
       for (int x = block.x0; x < block.x1; ++x) {
         const auto i = static_cast<std::size_t>(x - block.x0);
-        row.color[i] = exposed(gain, share * row.color[i], x, y);
+        row.color[i] = exposed(layer, share * row.color[i], x, y);
         row.known[i] = true;
       }
     });
   }
 
   void average_block(const CellBox& block, const FrameBox& limits) {
-    bake_texels(block, [&](int x, int y) -> std::optional<Color> {
+    bake_texels(block, [&](std::size_t layer, int x, int y) -> std::optional<Color> {
       const FrameBox r = clipped_texel(chart_, x, y, limits);
-      const std::optional<Color> color = mean(r);
-      if (!color) return std::nullopt;
+      const std::optional<Color> color = mean(layer, r);
+      if (!color || layer > 0) return color;
       return build_.correction.gain(photo_.id, {(r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2}) * *color;
     });
   }
@@ -248,7 +278,7 @@ class BandBaker {
 
   /// Mean over the part of a rectangle that lies in the photo, with a sample per pixel. Lens models bend too much over
   /// a texel of many pixels to be interpolated, and so many samples need not be sharp. nullopt outside the photo.
-  std::optional<Color> mean(const FrameBox& r) const {
+  std::optional<Color> mean(std::size_t layer, const FrameBox& r) const {
     const auto samples = [](double length) { return std::max(1, static_cast<int>(std::ceil(length))); };
     const int columns = samples(r.x1 - r.x0), rows = samples(r.y1 - r.y0);
     std::array<double, 3> sum{};  // of up to all pixels of a photo: more than floats add without loss
@@ -259,7 +289,8 @@ class BandBaker {
         const PixelPoint p{r.x0 + (i + 0.5) / columns * (r.x1 - r.x0), r.y0 + (j + 0.5) / rows * (r.y1 - r.y0)};
         const auto q = photo_from_pixel(photo_.view.camera, p);
         if (!q || !in_photo(*q)) continue;
-        const Color color = sample_bilinear(photo_.image, q->x, q->y);
+        const Color color =
+            layer == 0 ? sample_bilinear(photo_.image, q->x, q->y) : sample_bilinear(photo_.layer(layer), q->x, q->y);
         sum[0] += double{color.r};
         sum[1] += double{color.g};
         sum[2] += double{color.b};
@@ -276,14 +307,16 @@ class BandBaker {
   int taps() const { return chart_.scale >= 1 ? 1 : static_cast<int>(std::ceil(1 / chart_.scale)); }
 
   /// The mean of the bicubic samples of a texel that lie in the photo; nullopt if none does.
-  std::optional<Color> resample(const PhotoPositions& positions, int x, int y) const {
+  std::optional<Color> resample(std::size_t layer, const PhotoPositions& positions, int x, int y) const {
     const int n = taps();
     ColorMean mean;
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) {
         const PixelPoint p = chart_.frame_position(x + (i + 0.5) / n, y + (j + 0.5) / n);
         const auto q = positions.at(p.x, p.y);
-        if (q && in_photo(*q)) mean.add(sample_bicubic(photo_.image, q->x, q->y));
+        if (!q || !in_photo(*q)) continue;
+        mean.add(layer == 0 ? sample_bicubic(photo_.image, q->x, q->y)
+                            : sample_bicubic(photo_.layer(layer), q->x, q->y, overshoot()));
       }
     }
     return mean.mean();
@@ -296,11 +329,12 @@ class BandBaker {
   Page& page_;
   const ChartStrip* strip_;
   Poll& poll_;
-  ChartRaster raster_;             ///< of the band
-  std::vector<StripSample> near_;  ///< those that matter to the block being baked
-  Color gain_{1, 1, 1};            ///< in the middle of the block
-  PhotoPatch patch_;               ///< under the block
-  std::uint32_t face_ = kNoOwner;  ///< the face of plane_
+  ChartRaster raster_;                   ///< of the band
+  std::vector<StripSample> near_;        ///< those that matter to the block being baked
+  Color gain_{1, 1, 1};                  ///< in the middle of the block
+  std::optional<LocalGain> local_gain_;  ///< around it
+  std::vector<PhotoPatch> patches_;      ///< under the block, per layer
+  std::uint32_t face_ = kNoOwner;        ///< the face of plane_
   OffsetPlane plane_;
 };
 
@@ -335,23 +369,31 @@ void bake_photos(AtlasBuild& build, const PageRange& plain, std::span<PartialCha
     for (const auto view : part.views) work[view].push_back({part.chart, 0, &part});
   const std::size_t views = count_wanted(work);
   std::size_t done = 0;
-  const auto fetch = [&](ViewId id) { return build.input.photos.photo(id); };
-  each_fetched(work, order, fetch,
-               [&](ViewId id, std::shared_ptr<const Image>& image, const std::vector<PhotoUse>& mine) {
-                 const ViewPhoto photo{id, build.input.scene.views[index(id)], *image};
-                 const int step = lattice_step(photo.view.camera);
-                 Poll poll(progress, done, views);
-                 tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
-                   const PhotoUse& use = mine[i];
-                   poll();
-                   if (use.partial)
-                     take_view(*use.partial, build, photo);
-                   else
-                     BandBaker(build, photo, use.chart, poll)
-                         .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
-                 });
-                 if (progress) progress(++done, views);
-               });
+  struct Fetched {
+    std::shared_ptr<const Image> image;
+    std::shared_ptr<const Samples> samples;
+  };
+  const bool has_bands = build.painting.bands != nullptr;
+  const auto fetch = [&](ViewId id) {
+    Fetched fetched{build.input.photos.photo(id), nullptr};
+    if (has_bands) fetched.samples = build.input.photos.samples(id);
+    return fetched;
+  };
+  each_fetched(work, order, fetch, [&](ViewId id, Fetched& fetched, const std::vector<PhotoUse>& mine) {
+    const ViewPhoto photo{id, build.input.scene.views[index(id)], *fetched.image, fetched.samples.get()};
+    const int step = lattice_step(photo.view.camera);
+    Poll poll(progress, done, views);
+    tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
+      const PhotoUse& use = mine[i];
+      poll();
+      if (use.partial)
+        take_view(*use.partial, build, photo);
+      else
+        BandBaker(build, photo, use.chart, poll)
+            .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
+    });
+    if (progress) progress(++done, views);
+  });
 }
 
 }  // namespace gpvc::atlas

@@ -25,6 +25,7 @@ struct AtlasBuild {
   const ChartSet& set;
   const BlendWeights& blending;
   ColorCorrection correction;
+  BandPainting painting;
   std::vector<ChartPlace> places;  ///< per chart before those of the border
   std::vector<Page> pages;
   std::vector<PageMean> spilled_means = {};  ///< per page: when it was last spilled, before it was padded
@@ -32,15 +33,14 @@ struct AtlasBuild {
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }
   const Page& page_of(std::uint32_t chart) const { return pages[places[chart].page]; }
   /// Mean over all pages as they are, or were when they were spilled.
-  Color mean_color() const {
+  PageMean mean_color() const {
     PageMean mean;
     for (std::size_t p = 0; p < pages.size(); ++p) {
-      if (pages[p].is_open())
-        mean.add(pages[p]);
-      else
-        mean.add(spilled_means[p]);
+      PageMean open;
+      if (pages[p].is_open()) open.add(pages[p]);
+      mean.add(pages[p].is_open() ? open : spilled_means[p]);
     }
-    return mean.mean();
+    return mean;
   }
 };
 

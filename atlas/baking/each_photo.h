@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/baking/layers.h"
 
 namespace gpvc::atlas {
 
@@ -20,6 +21,8 @@ struct ViewPhoto {
   ViewId id;
   const View& view;
   const Image& image;
+  const Samples* samples = nullptr;  ///< of the photo; null where there are none
+  Layer layer(std::size_t number) const { return layer_of(image, samples, number); }
 };
 
 /// Photos that are decoded, each on one thread, while one is in use. Little is done with a photo for its seams, so all

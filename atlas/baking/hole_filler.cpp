@@ -26,12 +26,12 @@ struct Holes {
 };
 
 /// Mean of the filled texels around a position; nullopt where there is none.
-std::optional<Color> color_around(const Page& page, const TexelPoint& p) {
+std::optional<Color> color_around(const Page& page, std::size_t layer, const TexelPoint& p) {
   ColorMean mean;
   const int x0 = static_cast<int>(std::floor(p.x)), y0 = static_cast<int>(std::floor(p.y));
   for (int y = std::max(0, y0 - 1); y <= std::min(page.image.height - 1, y0 + 1); ++y) {
     for (int x = std::max(0, x0 - 1); x <= std::min(page.image.width - 1, x0 + 1); ++x) {
-      if (page.state[page.at(x, y)] != TexelState::empty) mean.add(load(page.image.at(x, y)));
+      if (page.state[page.at(x, y)] != TexelState::empty) mean.add(page.color(layer, x, y));
     }
   }
   return mean.mean();
@@ -52,14 +52,14 @@ void for_border_corners(const std::vector<std::uint32_t>& slots, const AtlasBuil
 }
 
 /// Adds the colours that finished faces have on borders of holes.
-void add_finished(const std::vector<std::uint32_t>& slots, const AtlasInput& input, Holes& holes) {
+void add_finished(const std::vector<std::uint32_t>& slots, const AtlasInput& input, std::size_t layer, Holes& holes) {
   if (input.finished == nullptr) return;
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
     if (!is_finished(input, face)) continue;
     for (const std::uint32_t vertex : input.mesh.faces[face]) {
       const std::uint32_t slot = slots[vertex];
       if (slot == kNoHole) continue;
-      holes.color[slot] = holes.color[slot] + finished_color(input, face, vertex);
+      holes.color[slot] = holes.color[slot] + finished_color(input, face, vertex, layer);
       holes.samples[slot] += 1;
     }
   }
@@ -145,25 +145,29 @@ void make_harmonic(Holes& holes, const std::vector<char>& reached) {
         static_cast<float>(guess(i, 0)), static_cast<float>(guess(i, 1)), static_cast<float>(guess(i, 2))};
 }
 
-/// Writes the 2 x 2 texels of an unseen face whose corners have the given colours.
-void write_face(AtlasBuild& build, std::uint32_t chart, std::uint32_t face, const std::array<Color, 3>& c) {
+/// Writes a layer of the 2 x 2 texels of an unseen face whose corners have the given colours.
+void write_face(AtlasBuild& build, std::uint32_t chart, std::uint32_t face, std::size_t layer,
+                const std::array<Color, 3>& c) {
   const ChartPlace& place = build.places[chart];
   Page& page = build.page_of(chart);
   const TexelPoint& corner = build.set.corners[face][0];
   const int x = static_cast<int>(corner.x), y = static_cast<int>(corner.y);
   const auto put = [&](int i, int j, const Color& color) {
     const auto texel = place.texel(x + i, y + j);
-    page.put(texel.x, texel.y, color, TexelState::chart);
+    page.put(layer, texel.x, texel.y, color);
+    page.state[page.at(texel.x, texel.y)] = TexelState::chart;
   };
   put(0, 0, c[0]);
   put(1, 0, c[1]);
   put(0, 1, c[2]);
-  put(1, 1, c[1] + c[2] - c[0]);
+  // Outside the face. A plane through its corners may reach values there that a quantity never has.
+  put(1, 1, layer == 0 ? c[1] + c[2] - c[0] : 0.5f * (c[1] + c[2]));
 }
 
 }  // namespace
 
-HoleFiller::HoleFiller(AtlasBuild& build) : build_(build), pending_(build.pages.size(), 0) {
+HoleFiller::HoleFiller(AtlasBuild& build)
+    : build_(build), pending_(build.pages.size(), 0), layers_(build.painting.layers()) {
   if (build.set.unseen_faces == 0) return;
   slot_.assign(build.input.mesh.positions.size(), kNoHole);
   for_unseen(build.set, [&](std::uint32_t chart, std::uint32_t face) {
@@ -175,16 +179,23 @@ HoleFiller::HoleFiller(AtlasBuild& build) : build_(build), pending_(build.pages.
 
 void HoleFiller::look_at_borders() {
   if (vertices_ == 0 || build_.options.unseen == UnseenFaces::color) return;
-  std::size_t n = 0;
-  for_border_corners(slot_, build_, [&](std::uint32_t, std::uint32_t page, const TexelPoint& at) {
-    if (n == border_.size()) border_.emplace_back();
-    if (build_.pages[page].is_open()) border_[n] = color_around(build_.pages[page], at);
-    ++n;
-  });
+  for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+    std::vector<std::optional<Color>>& border = layers_[layer].border;
+    std::size_t n = 0;
+    for_border_corners(slot_, build_, [&](std::uint32_t, std::uint32_t page, const TexelPoint& at) {
+      if (n == border.size()) border.emplace_back();
+      if (build_.pages[page].is_open()) border[n] = color_around(build_.pages[page], layer, at);
+      ++n;
+    });
+  }
 }
 
 void HoleFiller::solve() {
   if (vertices_ == 0 || build_.options.unseen == UnseenFaces::color) return;
+  for (std::size_t layer = 0; layer < layers_.size(); ++layer) solve(layer);
+}
+
+void HoleFiller::solve(std::size_t layer) {
   Holes holes{std::vector<Color>(vertices_), std::vector<float>(vertices_, 0.0f), {}};
   for_unseen(build_.set, [&](std::uint32_t, std::uint32_t face) {
     const Triangle& t = build_.input.mesh.faces[face];
@@ -194,34 +205,39 @@ void HoleFiller::solve() {
   // A vertex on a border takes the mean of the colours that the seen faces around it have there.
   std::size_t n = 0;
   for_border_corners(slot_, build_, [&](std::uint32_t slot, std::uint32_t, const TexelPoint&) {
-    const std::optional<Color>& color = border_[n++];
+    const std::optional<Color>& color = layers_[layer].border[n++];
     if (!color) return;
     holes.color[slot] = holes.color[slot] + *color;
     holes.samples[slot] += 1;
   });
-  add_finished(slot_, build_.input, holes);
+  add_finished(slot_, build_.input, layer, holes);
   for (std::size_t i = 0; i < holes.color.size(); ++i)
     if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];
   const std::vector<char> reached = spread(holes);
   make_harmonic(holes, reached);
   if (std::find(reached.begin(), reached.end(), 0) != reached.end()) {
-    const Color mean = build_.mean_color();
+    const Color mean = build_.mean_color().mean(layer);
     for (std::size_t i = 0; i < reached.size(); ++i)
       if (!reached[i]) holes.color[i] = mean;
   }
-  color_ = std::move(holes.color);
+  layers_[layer].vertex = std::move(holes.color);
 }
 
 void HoleFiller::fill() {
   const bool paint = build_.options.unseen == UnseenFaces::color;
-  const Color painted = load(build_.options.unseen_color.data());
+  std::vector<Color> painted{load(build_.options.unseen_color.data())};
+  for (std::size_t layer = 1; layer < layers_.size(); ++layer)
+    painted.push_back(build_.painting.in_bands(layer, painted.front()));
   tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(build_.set.placed), [&](std::uint32_t c) {
     const Chart& chart = build_.set.charts[c];
     if (chart.kind != ChartKind::unseen || !build_.page_of(c).is_open()) return;
     for (const auto face : chart.faces) {
-      std::array<Color, 3> corners{painted, painted, painted};
-      for (std::size_t i = 0; i < 3 && !paint; ++i) corners[i] = color_[slot_[build_.input.mesh.faces[face][i]]];
-      write_face(build_, c, face, corners);
+      for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+        std::array<Color, 3> corners{painted[layer], painted[layer], painted[layer]};
+        for (std::size_t i = 0; i < 3 && !paint; ++i)
+          corners[i] = layers_[layer].vertex[slot_[build_.input.mesh.faces[face][i]]];
+        write_face(build_, c, face, layer, corners);
+      }
     }
   });
 }

@@ -28,12 +28,18 @@ class HoleFiller {
   void fill();
 
  private:
+  void solve(std::size_t layer);
+
   AtlasBuild& build_;
-  std::vector<char> pending_;                 ///< per page
-  std::vector<std::uint32_t> slot_;           ///< per mesh vertex: its place among those of holes, or none
-  std::uint32_t vertices_ = 0;                ///< of holes
-  std::vector<std::optional<Color>> border_;  ///< per corner of a seen face on a hole's border
-  std::vector<Color> color_;                  ///< per vertex of holes
+  std::vector<char> pending_;        ///< per page
+  std::vector<std::uint32_t> slot_;  ///< per mesh vertex: its place among those of holes, or none
+  std::uint32_t vertices_ = 0;       ///< of holes
+  /// Of one layer.
+  struct Colors {
+    std::vector<std::optional<Color>> border;  ///< per corner of a seen face on a hole's border
+    std::vector<Color> vertex;                 ///< per vertex of holes
+  };
+  std::vector<Colors> layers_;
 };
 
 }  // namespace gpvc::atlas

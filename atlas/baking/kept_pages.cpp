@@ -96,7 +96,9 @@ bool take_page(const KeptPages& kept, std::uint32_t number, AtlasBuild& build, s
   const std::size_t before = charts.size();
   const bool found = kept.store->read(page_name(number), kept.key, [&](io::WorkStore::Reader& in) {
     if (in.get<std::size_t>() != page.texels()) in.refuse();
+    if (in.get<std::size_t>() != page.samples.pixel_bytes()) in.refuse();
     in.read(page.image.pixels.data(), page.image.pixels.size());
+    in.read(page.samples.bytes.data(), page.samples.bytes.size());
     in.read(page.state.data(), page.state.size());
     if (std::ranges::max(page.state) > TexelState::padding) in.refuse();
     for (auto left = in.get<std::size_t>(); left > 0; --left) {
@@ -122,7 +124,9 @@ void keep_page(const KeptPages& kept, std::uint32_t number, const Page& page,
   if (kept.store == nullptr) return;
   kept.store->keep(page_name(number), kept.key, [&](io::WorkStore::Writer& out) {
     out.add(page.texels());
+    out.add(page.samples.pixel_bytes());
     out.write(page.image.pixels.data(), page.image.pixels.size());
+    out.write(page.samples.bytes.data(), page.samples.bytes.size());
     out.write(page.state.data(), page.state.size());
     out.add(charts.size());
     for (const OpenChart* chart : charts) {

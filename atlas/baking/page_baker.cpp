@@ -66,6 +66,7 @@ class PageBaker {
     }
     build_.spilled_means.resize(build.pages.size());
     if (!options_.take_page) result_.pages.resize(build.pages.size());
+    if (!options_.take_samples && build.painting.bands != nullptr) result_.samples.resize(build.pages.size());
   }
 
   BakedPages bake(const Progress& progress) {
@@ -205,9 +206,9 @@ class PageBaker {
 
   /// Where a page is spilled to.
   std::size_t place(std::uint32_t page) const {
-    std::size_t texels = 0;
-    for (std::uint32_t p = 0; p < page; ++p) texels += build_.pages[p].texels();
-    return 4 * texels;
+    std::size_t bytes = 0;
+    for (std::uint32_t p = 0; p < page; ++p) bytes += build_.pages[p].spilled_bytes();
+    return bytes;
   }
 
   template <typename Ready>
@@ -229,10 +230,17 @@ class PageBaker {
     }
     fill_background(page);
     finished_[number] = 1;
+    FinishedPage whole = page.close();
+    if (build_.painting.bands != nullptr) {
+      if (options_.take_samples)
+        options_.take_samples(number, std::move(whole.bands));
+      else
+        result_.samples[number] = std::move(whole.bands);
+    }
     if (options_.take_page)
-      options_.take_page(number, page.close());
+      options_.take_page(number, std::move(whole.image));
     else
-      result_.pages[number] = page.close();
+      result_.pages[number] = std::move(whole.image);
   }
 
   static constexpr std::size_t kSteps = 100, kStepsBeforeBlending = 80;  ///< of a group's progress

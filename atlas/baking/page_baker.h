@@ -8,7 +8,8 @@
 namespace gpvc::atlas {
 
 struct BakedPages {
-  std::vector<Image> pages;  ///< empty where options.take_page took them
+  std::vector<Image> pages;          ///< empty where options.take_page took them
+  std::vector<PageSamples> samples;  ///< likewise
   std::size_t page_texels = 0, chart_texels = 0, padded_texels = 0, kept_pages = 0;  ///< as in AtlasStatistics
   InventedColor invented_color;                                                      ///< likewise
 };

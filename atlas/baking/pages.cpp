@@ -12,33 +12,59 @@
 
 namespace gpvc::atlas {
 
-Page::Page(const PageSize& blocks, int edge) : block(edge) {
+Page::Page(const PageSize& blocks, int edge, const BandSet* bands) : block(edge) {
   image.width = edge * blocks.width;
   image.height = edge * blocks.height;
+  if (bands != nullptr) samples = {image.width, image.height, bands->bands.size(), bands->type, {}};
   block_owner.assign(static_cast<std::size_t>(blocks.width) * static_cast<std::size_t>(blocks.height), kNoOwner);
 }
 
 void Page::open() {
   image.pixels.assign(3 * texels(), 0);
+  samples.bytes.assign(samples.pixel_bytes() * texels(), std::byte{0});
   state.assign(texels(), TexelState::empty);
 }
 
+namespace {
+
+/// Calls visit(bytes, count) for all that a page spills.
+template <typename SomePage, typename Visit>
+void for_texels(SomePage& page, const Visit& visit) {
+  visit(page.image.pixels.data(), page.image.pixels.size());
+  visit(page.samples.bytes.data(), page.samples.bytes.size());
+  visit(page.state.data(), page.state.size());
+}
+
+}  // namespace
+
 void Page::spill(io::ScratchFile& file, std::size_t place) {
-  file.write(place, image.pixels.data(), image.pixels.size());
-  file.write(place + image.pixels.size(), state.data(), state.size());
+  for_texels(*this, [&](const void* bytes, std::size_t count) {
+    file.write(place, bytes, count);
+    place += count;
+  });
   free_memory(image.pixels);
+  free_memory(samples.bytes);
   free_memory(state);
 }
 
 void Page::reload(const io::ScratchFile& file, std::size_t place) {
   open();
-  file.read(place, image.pixels.data(), image.pixels.size());
-  file.read(place + image.pixels.size(), state.data(), state.size());
+  for_texels(*this, [&](void* bytes, std::size_t count) {
+    file.read(place, bytes, count);
+    place += count;
+  });
 }
 
-Image Page::close() {
-  Image whole = std::move(image);
-  image = {whole.width, whole.height, whole.channels, {}};
+FinishedPage Page::close() {
+  FinishedPage whole{std::move(image), {std::move(samples), {}}};
+  image = {whole.image.width, whole.image.height, whole.image.channels, {}};
+  const Samples& given = whole.bands.samples;
+  samples = {given.width, given.height, given.bands, given.type, {}};
+  if (given.bands > 0) {
+    whole.bands.charts.resize(state.size());
+    std::ranges::transform(state, whole.bands.charts.begin(),
+                           [](TexelState s) { return static_cast<std::uint8_t>(s == TexelState::chart ? 255 : 0); });
+  }
   free_memory(state);
   return whole;
 }
@@ -54,9 +80,10 @@ std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const P
   return places;
 }
 
-std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge) {
+std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge,
+                             const BandSet* bands) {
   std::vector<Page> pages;
-  for (const PageSize& size : packing.pages) pages.emplace_back(size, edge);
+  for (const PageSize& size : packing.pages) pages.emplace_back(size, edge, bands);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const PackShape& shape = shapes[i].blocks;
     const Placement& p = packing.placements[i];
@@ -208,6 +235,18 @@ class Padder {
     });
     for (std::size_t c = 0; c < 3; ++c)
       page_.image.pixels[3 * at + c] = static_cast<std::uint8_t>((2 * sum[c] + weight) / (2 * weight));
+    for (std::size_t layer = 1; layer < page_.layers(); ++layer) take_mean(t, layer);
+  }
+
+  void take_mean(const Texel& t, std::size_t number) {
+    const PageLayer layer = page_.layer(number);
+    ColorMean mean;
+    for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {
+      const TexelState state = page_.state[n.at];
+      if (state == TexelState::empty || state == TexelState::next || !may_pass(n.owner, own)) return;
+      mean.add(layer.at(n.at), n.diagonal ? 1 : 2);
+    });
+    layer.put(page_.at(t.x, t.y), mean.mean().value_or(Color{}));
   }
 
   Page& page_;
@@ -224,24 +263,38 @@ void fill_background(Page& page) {
 }
 
 void PageMean::add(const Page& page) {
+  layers_.resize(page.layers() - 1);
   for (std::size_t i = 0; i < page.state.size(); ++i) {
     if (page.state[i] == TexelState::empty) continue;
     ++count_;
     for (std::size_t k = 0; k < 3; ++k) sum_[k] += page.image.pixels[3 * i + k];
+    for (std::size_t l = 0; l < layers_.size(); ++l) {
+      const Color color = page.layer(l + 1).at(i);
+      layers_[l][0] += double{color.r};
+      layers_[l][1] += double{color.g};
+      layers_[l][2] += double{color.b};
+    }
   }
 }
 
 void PageMean::add(const PageMean& other) {
   for (std::size_t k = 0; k < 3; ++k) sum_[k] += other.sum_[k];
+  layers_.resize(std::max(layers_.size(), other.layers_.size()));
+  for (std::size_t l = 0; l < other.layers_.size(); ++l)
+    for (std::size_t k = 0; k < 3; ++k) layers_[l][k] += other.layers_[l][k];
   count_ += other.count_;
 }
 
-Color PageMean::mean() const {
-  if (count_ == 0) return {128, 128, 128};
-  const auto share = [&](std::uint64_t sum) {
-    return static_cast<float>(static_cast<double>(sum) / static_cast<double>(count_));
-  };
-  return {share(sum_[0]), share(sum_[1]), share(sum_[2])};
+Color PageMean::mean(std::size_t layer) const {
+  const auto share = [&](double sum) { return static_cast<float>(sum / static_cast<double>(count_)); };
+  if (layer == 0) {
+    if (count_ == 0) return {128, 128, 128};
+    return {share(static_cast<double>(sum_[0])), share(static_cast<double>(sum_[1])),
+            share(static_cast<double>(sum_[2]))};
+  }
+  if (count_ == 0) return {};
+  const std::array<double, 3>& sum = layers_[layer - 1];
+  return {share(sum[0]), share(sum[1]), share(sum[2])};
 }
 
 }  // namespace gpvc::atlas

@@ -5,10 +5,12 @@
 #include <bit>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/sampling.h"
+#include "atlas/baking/color.h"
+#include "atlas/baking/layers.h"
 #include "atlas/charts/chart_raster.h"
 #include "atlas/charts/chart_shape.h"
 #include "atlas/charts/charts.h"
@@ -36,36 +38,65 @@ inline TexelState state_of(TexelReach reach) {
   return reach == TexelReach::ring ? TexelState::ring : TexelState::chart;
 }
 
+/// What a page holds in the end.
+struct FinishedPage {
+  Image image;
+  PageSamples bands;
+};
+
 /// Has texels while it is open. Until it is opened, while it is spilled and after it is closed it has the size of its image
-/// alone.
+/// alone, and the bands of its samples.
 struct Page {
   Image image;
+  Samples samples;                         ///< of the image's size; no bands: none
   std::vector<TexelState> state;           ///< per texel
   int block = 1;                           ///< edge of the blocks, which no two charts share; a power of two
   std::vector<std::uint32_t> block_owner;  ///< per block, row-major: a chart, or kNoOwner
 
   /// \param blocks size of the page in blocks
   /// \param edge of a block, texels
-  Page(const PageSize& blocks, int edge);
+  /// \param bands that it has beside its image; null: none
+  Page(const PageSize& blocks, int edge, const BandSet* bands);
   std::size_t texels() const { return pixel_index(0, image.height, image.width); }
   /// Bytes that an open page takes at most.
-  std::size_t bytes() const { return static_cast<std::size_t>(kPageBytesPerTexel * static_cast<double>(texels())); }
+  std::size_t bytes() const {
+    return static_cast<std::size_t>(page_bytes_per_texel(samples.pixel_bytes()) * static_cast<double>(texels()));
+  }
+  /// Bytes of a file that it is spilled to.
+  std::size_t spilled_bytes() const { return (4 + samples.pixel_bytes()) * texels(); }
   bool is_open() const { return !state.empty(); }
   void open();
-  /// Moves the texels to a file; reload() gets them back from the same place, which has room for 4 bytes a texel. Throws
+  /// Moves the texels to a file; reload() gets them back from the same place, which has room for spilled_bytes(). Throws
   /// OutputError.
   void spill(io::ScratchFile& file, std::size_t place);
   void reload(const io::ScratchFile& file, std::size_t place);
-  /// Gives the image away; what is left has its size.
-  Image close();
+  /// Gives image and samples away; what is left has their size.
+  FinishedPage close();
+  std::size_t layers() const { return 1 + (samples.bands + 2) / 3; }
+  Layer layer(std::size_t number) const { return layer_of(image, &samples, number); }
+  PageLayer layer(std::size_t number) {
+    const Layer l = std::as_const(*this).layer(number);
+    return {l.width, l.height, const_cast<std::byte*>(l.first), l.pixel_bytes, l.channels, l.type};
+  }
   std::uint32_t owner(int x, int y) const {
     const int shift = std::countr_zero(static_cast<unsigned>(block));
     return block_owner[pixel_index(x >> shift, y >> shift, image.width >> shift)];
   }
   std::size_t at(int x, int y) const { return pixel_index(x, y, image.width); }
-  void put(int x, int y, const Color& color, TexelState s) {
-    store(image.at(x, y), color);
+  /// The colour of a texel in one layer.
+  void put(std::size_t number, int x, int y, const Color& color) {
+    if (number == 0)
+      store(image.at(x, y), color);
+    else
+      layer(number).put(at(x, y), color);
+  }
+  /// In all layers, and its state.
+  void put(int x, int y, std::span<const Color> colors, TexelState s) {
+    for (std::size_t number = 0; number < colors.size(); ++number) put(number, x, y, colors[number]);
     state[at(x, y)] = s;
+  }
+  Color color(std::size_t number, int x, int y) const {
+    return number == 0 ? load(image.at(x, y)) : layer(number).at(x, y);
   }
 };
 
@@ -103,28 +134,30 @@ struct ChartPlace {
 
 std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const Packing& packing, int edge);
 
-/// Closed pages with the owners of their blocks.
-std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge);
+/// Closed pages with the owners of their blocks. \param bands as of Page
+std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge,
+                             const BandSet* bands);
 
 /// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: over all of the chart's
 /// own blocks, and up to `padding` texels into blocks without an owner. Returns how many texels outside charts lie within
 /// `padding` of one. O(page texels + perimeters x padding).
 std::size_t pad_charts(Page& page, int padding);
 
-/// Gives every empty texel a colour from the nearest filled ones, see io::fill_holes. A page without a filled texel
-/// stays black. O(texels).
+/// Gives every empty texel of the image a colour from the nearest filled ones, see io::fill_holes. A page without a filled
+/// texel stays black, and samples stay 0. O(texels).
 void fill_background(Page& page);
 
-/// Mean of the filled texels of pages.
+/// Mean of the filled texels of pages, layer by layer.
 class PageMean {
  public:
   void add(const Page& page);
   void add(const PageMean& other);
-  /// Grey if there are none.
-  Color mean() const;
+  /// If there are none, the image's is grey, and 0 that of a later layer.
+  Color mean(std::size_t layer) const;
 
  private:
   std::array<std::uint64_t, 3> sum_{};
+  std::vector<std::array<double, 3>> layers_;  ///< sums of the later layers
   std::uint64_t count_ = 0;
 };
 

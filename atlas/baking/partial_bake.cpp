@@ -24,15 +24,20 @@ int footprint_px(const TexelSource& source, int x, int y) {
   return static_cast<int>(std::ceil(std::clamp(edge - 0.01, 1.0, kMost)));
 }
 
-/// Exposed colour of the view over a texel: one sample where texels are as fine as pixels, else the mean of the samples
-/// that show the face.
+/// What a view shows over a texel: one sample where texels are as fine as pixels, else the mean of the samples that show the face.
 struct ExposedTexel {
-  Color color, gain;
+  Color color, gain;  ///< the former exposed
+  PixelPoint frame;   ///< of the texel's middle
 };
+/// nullopt where nothing of it lies in the photo. \param samples become the means of the layers after the first
 std::optional<ExposedTexel> sample(const AtlasBuild& build, const ViewPhoto& photo, const TexelSource& source, int x,
-                                   int y) {
+                                   int y, std::vector<Color>& samples) {
   const int taps = footprint_px(source, x, y);
+  const Overshoot overshoot =
+      build.painting.bands != nullptr && build.painting.are_limited() ? Overshoot::limited : Overshoot::kept;
   ColorMean mean, gains;
+  PixelPoint frame;
+  std::ranges::fill(samples, Color{});
   for (int j = 0; j < taps; ++j) {
     for (int i = 0; i < taps; ++i) {
       const double tx = x + (i + 0.5) / taps, ty = y + (j + 0.5) / taps;
@@ -43,10 +48,15 @@ std::optional<ExposedTexel> sample(const AtlasBuild& build, const ViewPhoto& pho
       const Color gain = build.correction.gain(photo.id, *p);
       mean.add(gain * sample_bicubic(photo.image, q->x, q->y));
       gains.add(gain);
+      frame = *p;
+      for (std::size_t layer = 1; layer <= samples.size(); ++layer)
+        samples[layer - 1] = samples[layer - 1] + sample_bicubic(photo.layer(layer), q->x, q->y, overshoot);
     }
   }
   const std::optional<Color> color = mean.mean();
-  return color ? std::optional(ExposedTexel{*color, *gains.mean()}) : std::nullopt;
+  if (!color) return std::nullopt;
+  for (Color& of_layer : samples) of_layer = (1 / mean.weight) * of_layer;
+  return ExposedTexel{*color, *gains.mean(), frame};
 }
 
 /// Offsets of a chart's strip at texels that come in blocks of kStripRow x kStripRow, row by row.
@@ -87,12 +97,15 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
   const auto width = static_cast<std::uint32_t>(box.x1 - box.x0);
   StripOffsets strip(own ? build.correction.strip(part.chart) : nullptr, box);
   Page& page = build.page_of(part.chart);
+  std::vector<Color> layers(page.layers());
+  std::vector<Color> samples(page.layers() - 1);
+  part.open_sums(samples.size());
   for (const TexelShares& shares : part.shares_of(photo.id)) {
     const TexelSource& source = part.sources[shares.source];
     const int y = box.y0 + static_cast<int>(shares.texel / width);
     for (std::uint32_t number = shares.texel; number < shares.texel + shares.count; ++number) {
       const int x = box.x0 + static_cast<int>(number % width);
-      const auto exposed = sample(build, photo, source, x, y);
+      const auto exposed = sample(build, photo, source, x, y, samples);
       if (!exposed) {
         part.known[number] = false;
         part.is_open = true;
@@ -103,13 +116,15 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
       if (own)
         added = build.correction.face_offset(source.face, build.set.corners[source.face], x + 0.5, y + 0.5) +
                 strip.at(x, y);
-      const Color color = corrected(exposed->color, added, exposed->gain);
+      layers[0] = corrected(exposed->color, added, exposed->gain);
+      for (std::size_t layer = 1; layer < layers.size(); ++layer)
+        layers[layer] =
+            build.painting.painted(layer, samples[layer - 1], photo.id, exposed->frame, exposed->gain, added);
       if (shares.weight < PartialChart::kBlendSteps) {
-        Color& sum = part.blended_at(number).color;
-        sum = sum + static_cast<float>(shares.weight) / PartialChart::kBlendSteps * color;
+        part.add_to_sums(number, static_cast<float>(shares.weight) / PartialChart::kBlendSteps, layers);
       } else {
         const auto texel = build.places[part.chart].texel(x, y);
-        page.put(texel.x, texel.y, color, state_of(shares.reach));
+        page.put(texel.x, texel.y, layers, state_of(shares.reach));
       }
     }
   }
@@ -118,11 +133,17 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
 void write_blended(const PartialChart& part, AtlasBuild& build) {
   const CellBox box = partial_box(build.set.charts[part.chart]);
   const auto width = static_cast<std::uint32_t>(box.x1 - box.x0);
-  for (const BlendedTexel& blended : part.blended) {
+  Page& page = build.page_of(part.chart);
+  std::vector<Color> layers;
+  for (std::size_t i = 0; i < part.blended.size(); ++i) {
+    const BlendedTexel& blended = part.blended[i];
     if (!part.known[blended.texel]) continue;
     const auto texel = build.places[part.chart].texel(box.x0 + static_cast<int>(blended.texel % width),
                                                       box.y0 + static_cast<int>(blended.texel / width));
-    build.page_of(part.chart).put(texel.x, texel.y, blended.color, state_of(blended.reach));
+    layers.assign(1, blended.color);
+    const std::span<const Color> sums = part.sums_of(i);
+    layers.insert(layers.end(), sums.begin(), sums.end());
+    page.put(texel.x, texel.y, layers, state_of(blended.reach));
   }
 }
 

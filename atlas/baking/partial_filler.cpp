@@ -113,9 +113,9 @@ void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit
     }
 }
 
-/// Calls visit(place in the chart, colour) along the edges that the chart shares with finished faces.
+/// Calls visit(place in the chart, colour in a layer) along the edges that the chart shares with finished faces.
 template <typename Visit>
-void for_finished_places(const AtlasBuild& build, std::uint32_t chart, const Visit& visit) {
+void for_finished_places(const AtlasBuild& build, std::uint32_t chart, std::size_t layer, const Visit& visit) {
   if (build.input.finished == nullptr) return;
   for (const auto face : build.set.charts[chart].faces)
     for (const auto other : build.neighbours[face]) {
@@ -128,7 +128,7 @@ void for_finished_places(const AtlasBuild& build, std::uint32_t chart, const Vis
         const int steps = 1 + static_cast<int>(std::ceil(length));
         for (int s = 0; s <= steps; ++s)
           visit(mix(edge->here, double(s) / steps),
-                finished_color(build.input, other, {corners[e], corners[(e + 1) % 3]}, double(s) / steps));
+                finished_color(build.input, other, {corners[e], corners[(e + 1) % 3]}, double(s) / steps, layer));
       }
     }
 }
@@ -140,7 +140,8 @@ std::size_t texel_at(const Page& page, const TexelPoint& p) {
 }
 
 /// Writes the texels of a raster that are on the page.
-void write(const ChartRaster& raster, std::span<const Color> color, std::uint32_t chart, AtlasBuild& build) {
+void write(const ChartRaster& raster, std::size_t layer, std::span<const Color> color, std::uint32_t chart,
+           AtlasBuild& build) {
   const ChartPlace& place = build.places[chart];
   Page& page = build.page_of(chart);
   for (int y = raster.box.y0; y < raster.box.y1; ++y) {
@@ -148,7 +149,8 @@ void write(const ChartRaster& raster, std::span<const Color> color, std::uint32_
       const std::size_t i = raster.at(x, y);
       if (!is_baked(raster.reach[i], build.options.padding)) continue;
       const auto texel = place.texel(x, y);
-      page.put(texel.x, texel.y, color[i], state_of(raster.reach[i]));
+      page.put(layer, texel.x, texel.y, color[i]);
+      page.state[page.at(texel.x, texel.y)] = state_of(raster.reach[i]);
     }
   }
 }
@@ -203,7 +205,7 @@ void PartialFiller::note_baked(std::vector<OpenChart> charts) {
       open_.push_back(std::move(chart));
       continue;
     }
-    free_memory(beside_[chart.chart]);
+    beside_[chart.chart] = {};
     --waiting_[page(chart.chart)];
   }
 }
@@ -214,17 +216,23 @@ void PartialFiller::look_at_borders() {
 }
 
 void PartialFiller::look_beside(std::uint32_t chart) {
-  std::vector<Beside>& kept = beside_[chart];
+  Beside& kept = beside_[chart];
+  const std::size_t later = build_.painting.layers() - 1;
   std::size_t n = 0;
   for_border_places(build_, chart, [&](const TexelPoint&, std::uint32_t number, const TexelPoint& there) {
-    if (n == kept.size()) kept.emplace_back();
-    Beside& beside = kept[n++];
+    if (n == kept.known.size()) {
+      kept.known.push_back(0);
+      kept.rgb.emplace_back();
+      kept.samples.resize(kept.samples.size() + later);
+    }
+    const std::size_t place = n++;
     const Page& other = build_.pages[number];
-    if (beside.known || !other.is_open()) return;
+    if (kept.known[place] != 0 || !other.is_open()) return;
     const std::size_t at = texel_at(other, there);
     if (other.state[at] == TexelState::empty) return;
-    std::copy_n(other.image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * at), 3, beside.rgb.begin());
-    beside.known = true;
+    std::copy_n(other.image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * at), 3, kept.rgb[place].begin());
+    for (std::size_t l = 0; l < later; ++l) kept.samples[place * later + l] = other.layer(l + 1).at(at);
+    kept.known[place] = 1;
   });
 }
 
@@ -234,7 +242,7 @@ bool PartialFiller::begin_round() {
   tbb::parallel_for(std::size_t{0}, open_.size(), [&](std::size_t k) {
     const std::vector<bool>& known = open_[k].known;
     const bool any = std::find(known.begin(), known.end(), true) != known.end();
-    ready[k] = any || !border_seeds(open_[k]).empty() ? 1 : 0;
+    ready[k] = any || !border_seeds(open_[k], 0).empty() ? 1 : 0;
   });
   // Charts without any colour around them take the mean when no others are left.
   use_mean_ = std::find(ready.begin(), ready.end(), 1) == ready.end();
@@ -257,7 +265,7 @@ void PartialFiller::fill() {
   });
   for (const OpenChart& open : round_) {
     if (!is_open(open)) continue;
-    free_memory(beside_[open.chart]);
+    beside_[open.chart] = {};
     --now_[page(open.chart)];
     --waiting_[page(open.chart)];
   }
@@ -265,8 +273,10 @@ void PartialFiller::fill() {
 }
 
 /// Texels without a colour take those of the charts beside this one, along the edges that they share.
-std::vector<PartialFiller::Seed> PartialFiller::border_seeds(const OpenChart& chart) const {
+std::vector<PartialFiller::Seed> PartialFiller::border_seeds(const OpenChart& chart, std::size_t layer) const {
   const CellBox box = partial_box(build_.set.charts[chart.chart]);
+  const std::size_t later = build_.painting.layers() - 1;
+  const Beside& beside = beside_[chart.chart];
   std::vector<Seed> seeds;
   const auto add = [&](const TexelPoint& here, const Color& color) {
     const int x = static_cast<int>(std::floor(here.x)), y = static_cast<int>(std::floor(here.y));
@@ -276,17 +286,22 @@ std::vector<PartialFiller::Seed> PartialFiller::border_seeds(const OpenChart& ch
   };
   std::size_t n = 0;
   for_border_places(build_, chart.chart, [&](const TexelPoint& here, std::uint32_t, const TexelPoint&) {
-    const Beside& beside = beside_[chart.chart][n++];
-    if (beside.known) add(here, load(beside.rgb.data()));
+    const std::size_t place = n++;
+    if (beside.known[place] != 0)
+      add(here, layer == 0 ? load(beside.rgb[place].data()) : beside.samples[place * later + layer - 1]);
   });
-  for_finished_places(build_, chart.chart, add);
+  for_finished_places(build_, chart.chart, layer, add);
   return seeds;
 }
 
 void PartialFiller::fill_chart(const OpenChart& open) {
   const Chart& chart = build_.set.charts[open.chart];
   const ChartRaster raster = rasterize(chart.faces, build_.set.corners, partial_box(chart));
-  std::vector<Color> color(raster.owner.size(), mean_);
+  for (std::size_t layer = 0; layer < build_.painting.layers(); ++layer) fill_chart(open, raster, layer);
+}
+
+void PartialFiller::fill_chart(const OpenChart& open, const ChartRaster& raster, std::size_t layer) {
+  std::vector<Color> color(raster.owner.size(), use_mean_ ? mean_.mean(layer) : Color{});
   if (!use_mean_) {
     std::vector<std::uint8_t> known(open.known.begin(), open.known.end());
     const Page& page = build_.page_of(open.chart);
@@ -294,16 +309,16 @@ void PartialFiller::fill_chart(const OpenChart& open) {
       for (int x = raster.box.x0; x < raster.box.x1; ++x)
         if (const std::size_t i = raster.at(x, y); known[i] != 0) {
           const auto texel = build_.places[open.chart].texel(x, y);
-          color[i] = load(page.image.at(texel.x, texel.y));
+          color[i] = page.color(layer, texel.x, texel.y);
         }
-    for (const Seed& seed : border_seeds(open)) {
+    for (const Seed& seed : border_seeds(open, layer)) {
       if (known[seed.texel] != 0) continue;  // the first seed of a texel counts
       color[seed.texel] = seed.color;
       known[seed.texel] = 1;
     }
     smooth_fill(color, known, raster.width(), raster.height());
   }
-  write(raster, color, open.chart, build_);
+  write(raster, layer, color, open.chart, build_);
 }
 
 }  // namespace gpvc::atlas

@@ -43,31 +43,33 @@ class PartialFiller {
   bool is_pending(std::uint32_t page) const { return waiting_[page] > 0; }
 
  private:
-  /// A texel's index in the chart's raster, and its colour.
+  /// A texel's index in the chart's raster, and its colour in a layer.
   struct Seed {
     std::size_t texel;
     Color color;
   };
-  /// The colour beside a place on a chart's border.
+  /// The colours beside the places on a chart's border.
   struct Beside {
-    std::array<std::uint8_t, 3> rgb{};
-    bool known = false;
+    std::vector<char> known;                       ///< per place
+    std::vector<std::array<std::uint8_t, 3>> rgb;  ///< likewise
+    std::vector<Color> samples;                    ///< likewise, of each layer after the first
   };
 
   /// Charts with all their colours wait for none, the others do.
   void note_baked(std::vector<OpenChart> charts);
   void look_beside(std::uint32_t chart);
-  std::vector<Seed> border_seeds(const OpenChart& chart) const;
+  std::vector<Seed> border_seeds(const OpenChart& chart, std::size_t layer) const;
   void fill_chart(const OpenChart& open);
+  void fill_chart(const OpenChart& open, const ChartRaster& raster, std::size_t layer);
   std::uint32_t page(std::uint32_t chart) const { return build_.places[chart].page; }
 
   AtlasBuild& build_;
   std::vector<std::uint32_t> unbaked_;        ///< partial charts, ascending
   std::vector<OpenChart> open_, round_;       ///< waiting, and being filled
-  std::vector<std::vector<Beside>> beside_;   ///< per chart, in the order of its border places
+  std::vector<Beside> beside_;                ///< per chart, in the order of its border places
   std::vector<std::uint32_t> waiting_, now_;  ///< charts per page
   bool use_mean_ = false;                     ///< in this round
-  Color mean_;
+  PageMean mean_;
 };
 
 }  // namespace gpvc::atlas

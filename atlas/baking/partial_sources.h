@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/baking/color.h"
 #include "atlas/baking/coverage_index.h"
 #include "atlas/baking/plane_map.h"
-#include "atlas/baking/sampling.h"
 #include "atlas/charts/chart_raster.h"
 #include "atlas/charts/charts.h"
 #include "io/grouping.h"
@@ -67,13 +67,26 @@ struct PartialChart {
   std::vector<std::uint32_t> views;   ///< that give it texels, ascending
   Grouped<TexelShares> shares;        ///< by place in `views`; in blocks of kStripRow x kStripRow texels, row by row
   std::vector<BlendedTexel> blended;  ///< ascending by texel
+  std::vector<Color> layer_sums;      ///< per entry of `blended` and layer after the first, as BlendedTexel::color
   std::vector<bool> known;            ///< per texel of partial_box(): it has a colour, or will have it
   bool is_open = false;               ///< texels on the page have no colour
 
   /// Empty if the view gives it no texels.
   std::span<const TexelShares> shares_of(ViewId view) const;
-  BlendedTexel& blended_at(std::uint32_t texel) {
-    return *std::ranges::lower_bound(blended, texel, {}, &BlendedTexel::texel);
+  /// Makes room for the sums of so many layers after the first, if there is none yet.
+  void open_sums(std::size_t layers) { layer_sums.resize(layers * blended.size()); }
+  /// Adds to what a texel with shares of two views gets in each layer.
+  void add_to_sums(std::uint32_t texel, float share, std::span<const Color> layers) {
+    const auto place = std::ranges::lower_bound(blended, texel, {}, &BlendedTexel::texel);
+    place->color = place->color + share * layers[0];
+    const auto first = static_cast<std::size_t>(place - blended.begin()) * (layers.size() - 1);
+    for (std::size_t l = 1; l < layers.size(); ++l)
+      layer_sums[first + l - 1] = layer_sums[first + l - 1] + share * layers[l];
+  }
+  /// Of the layers after the first, of an entry of `blended`.
+  std::span<const Color> sums_of(std::size_t entry) const {
+    const std::size_t layers = blended.empty() ? 0 : layer_sums.size() / blended.size();
+    return std::span(layer_sums).subspan(entry * layers, layers);
   }
   std::size_t bytes() const;
 };

@@ -30,21 +30,50 @@ Taps taps(double position, int size) {
 
 }  // namespace
 
-Color sample_bicubic(const Image& photo, double x, double y) {
-  const Taps tx = taps(x, photo.width), ty = taps(y, photo.height);
+namespace {
+
+/// pixel(x, y) gives the color of a pixel.
+template <typename Pixel>
+Color bicubic(int width, int height, double x, double y, Overshoot overshoot, const Pixel& pixel) {
+  const Taps tx = taps(x, width), ty = taps(y, height);
   const auto wx = catmull_rom(tx.fraction), wy = catmull_rom(ty.fraction);
   Color sum;
   for (std::size_t j = 0; j < 4; ++j) {
-    const std::uint8_t* line = photo.at(0, ty.index[j]);
     Color row;
-    for (std::size_t i = 0; i < 4; ++i) row = row + wx[i] * load(line + 3 * tx.index[i]);
+    for (std::size_t i = 0; i < 4; ++i) row = row + wx[i] * pixel(tx.index[i], ty.index[j]);
     sum = sum + wy[j] * row;
   }
-  return sum;
+  if (overshoot == Overshoot::kept) return sum;
+  const Color a = pixel(tx.index[1], ty.index[1]), b = pixel(tx.index[2], ty.index[1]),
+              c = pixel(tx.index[1], ty.index[2]), d = pixel(tx.index[2], ty.index[2]);
+  const auto limited = [](float value, float p, float q, float r, float s) {
+    return std::clamp(value, std::min({p, q, r, s}), std::max({p, q, r, s}));
+  };
+  return {limited(sum.r, a.r, b.r, c.r, d.r), limited(sum.g, a.g, b.g, c.g, d.g), limited(sum.b, a.b, b.b, c.b, d.b)};
+}
+
+}  // namespace
+
+Color sample_bicubic(const Image& photo, double x, double y) {
+  return bicubic(photo.width, photo.height, x, y, Overshoot::kept,
+                 [&](int column, int row) { return load(photo.at(column, row)); });
+}
+
+Color sample_bicubic(const Layer& photo, double x, double y, Overshoot overshoot) {
+  return bicubic(photo.width, photo.height, x, y, overshoot,
+                 [&](int column, int row) { return photo.at(column, row); });
 }
 
 Color sample_bilinear(const Image& photo, double x, double y) {
   const auto [r, g, b] = bilinear<float>(photo, x, y);
+  return {r, g, b};
+}
+
+Color sample_bilinear(const Layer& photo, double x, double y) {
+  const auto [r, g, b] = bilinear_of<float>(photo.width, photo.height, x, y, [&](int column, int row) {
+    const Color color = photo.at(column, row);
+    return std::array<float, 3>{color.r, color.g, color.b};
+  });
   return {r, g, b};
 }
 
@@ -116,33 +145,69 @@ PhotoPatch::Taps::Taps(const Axis& axis, double from, double step) {
   }
 }
 
-void PhotoPatch::load(const Image& photo, const PhotoPoint& low, const PhotoPoint& high) {
-  x_ = Axis(low.x, high.x, photo.width);
-  y_ = Axis(low.y, high.y, photo.height);
+/// line(row, first, count, to): writes so many pixels of a row, columns beyond the photo clamped.
+template <typename Line>
+void PhotoPatch::load_lines(int width, int height, const PhotoPoint& low, const PhotoPoint& high, const Line& line) {
+  x_ = Axis(low.x, high.x, width);
+  y_ = Axis(low.y, high.y, height);
   pixels_.resize(4 * pixel_index(0, y_.count, x_.count));
   float* to = pixels_.data();
-  for (int j = 0; j < y_.count; ++j) {
-    const std::uint8_t* line = photo.at(0, std::clamp(y_.first + j, 0, photo.height - 1));
+  for (int j = 0; j < y_.count; ++j, to += 4 * x_.count) line(std::clamp(y_.first + j, 0, height - 1), to);
+}
+
+void PhotoPatch::load(const Image& photo, const PhotoPoint& low, const PhotoPoint& high) {
+  load_lines(photo.width, photo.height, low, high, [&](int row, float* to) {
+    const std::uint8_t* line = photo.at(0, row);
     for (int i = 0; i < x_.count; ++i, to += 4) {
       const std::uint8_t* pixel = line + 3 * std::clamp(x_.first + i, 0, photo.width - 1);
       for (std::size_t c = 0; c < 3; ++c) to[c] = static_cast<float>(pixel[c]);
     }
-  }
+  });
 }
 
-void PhotoPatch::add_row(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums) const {
+void PhotoPatch::load(const Layer& photo, const PhotoPoint& low, const PhotoPoint& high) {
+  load_lines(photo.width, photo.height, low, high, [&](int row, float* to) {
+    for (int i = 0; i < x_.count; ++i, to += 4) {
+      const Color color = photo.at(std::clamp(x_.first + i, 0, photo.width - 1), row);
+      to[0] = color.r;
+      to[1] = color.g;
+      to[2] = color.b;
+    }
+  });
+}
+
+template <Overshoot kOvershoot>
+void PhotoPatch::add_row_with(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums) const {
   using Pixel = Eigen::Array4f;
   const Taps tx(x_, first.x, step.x), ty(y_, first.y, step.y);
+  const auto line = static_cast<std::ptrdiff_t>(4 * x_.count);
   for (std::size_t i = 0; i < kRow; ++i) {
-    const float* pixel = pixels_.data() + 4 * pixel_index(tx.first[i], ty.first[i], x_.count);
+    const float* corner = pixels_.data() + 4 * pixel_index(tx.first[i], ty.first[i], x_.count);
+    const float* pixel = corner;
     Pixel sum = Pixel::Zero();
-    for (std::size_t j = 0; j < 4; ++j, pixel += 4 * x_.count) {
+    for (std::size_t j = 0; j < 4; ++j, pixel += line) {
       Pixel row = Pixel::Zero();
       for (std::size_t k = 0; k < 4; ++k) row += tx.weight[k][i] * Eigen::Map<const Pixel>(pixel + 4 * k);
       sum += ty.weight[j][i] * row;
     }
+    if constexpr (kOvershoot == Overshoot::limited) {
+      const auto at = [&](std::ptrdiff_t x, std::ptrdiff_t y) {
+        return Eigen::Map<const Pixel>(corner + 4 * x + line * y);
+      };
+      const Pixel least = at(1, 1).min(at(2, 1)).min(at(1, 2).min(at(2, 2)));
+      const Pixel most = at(1, 1).max(at(2, 1)).max(at(1, 2).max(at(2, 2)));
+      sum = sum.max(least).min(most);
+    }
     sums[i] = sums[i] + Color{sum[0], sum[1], sum[2]};
   }
+}
+
+void PhotoPatch::add_row(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums,
+                         Overshoot overshoot) const {
+  if (overshoot == Overshoot::kept)
+    add_row_with<Overshoot::kept>(first, step, sums);
+  else
+    add_row_with<Overshoot::limited>(first, step, sums);
 }
 
 }  // namespace gpvc::atlas

@@ -2,67 +2,27 @@
 #pragma once
 
 #include <array>
-#include <cmath>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "atlas/baking/color.h"
+#include "atlas/baking/layers.h"
 #include "io/image.h"
-#include "io/members.h"
 #include "io/scene.h"
 
 namespace gpvc::atlas {
 
-/// Typical difference of a place between photos that fit each other (noise, highlights), grey levels.
-inline constexpr float kPhotoNoise = 3;
-
-struct Color {
-  float r = 0, g = 0, b = 0;
-};
-GPVC_MEMBERS(Color, r, g, b)
-
-inline Color operator+(const Color& a, const Color& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
-inline Color operator-(const Color& a, const Color& b) { return {a.r - b.r, a.g - b.g, a.b - b.b}; }
-inline Color operator*(const Color& a, const Color& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
-inline Color operator*(float s, const Color& a) { return {s * a.r, s * a.g, s * a.b}; }
-
-/// A weighted mean of colours.
-struct ColorMean {
-  Color sum;
-  float weight = 0;
-
-  void add(const Color& color, float w = 1) {
-    sum = sum + w * color;
-    weight += w;
-  }
-  /// nullopt if nothing has been added.
-  std::optional<Color> mean() const {
-    if (!(weight > 0)) return std::nullopt;
-    return (1 / weight) * sum;
-  }
-};
-
-/// 0 for what is no number.
-inline std::uint8_t to_grey_level(float value) {
-  return static_cast<std::uint8_t>(value >= 255 ? 255 : value > 0 ? static_cast<int>(value + 0.5f) : 0);
-}
-
-inline void store(std::uint8_t* texel, const Color& c) {
-  texel[0] = to_grey_level(c.r);
-  texel[1] = to_grey_level(c.g);
-  texel[2] = to_grey_level(c.b);
-}
-
-inline Color load(const std::uint8_t* texel) {
-  return {static_cast<float>(texel[0]), static_cast<float>(texel[1]), static_cast<float>(texel[2])};
-}
-
 /// Catmull-Rom interpolation with repeated border pixels. May overshoot [0, 255]; store() clamps.
 Color sample_bicubic(const Image& photo, double x, double y);
 
+/// What interpolation gives: as it is, or kept between the four samples that the position lies among.
+enum class Overshoot { kept, limited };
+Color sample_bicubic(const Layer& photo, double x, double y, Overshoot overshoot);
+
 /// Bilinear interpolation with repeated border pixels.
 Color sample_bilinear(const Image& photo, double x, double y);
+Color sample_bilinear(const Layer& photo, double x, double y);
 
 /// Edge, in pixels, of squares within which photo_from_pixel may be interpolated bilinearly between the corners with an
 /// error below kLatticeErrorPx; a power of two from 1 to 16. 16 for a camera without distortion, and about a pole, where
@@ -102,11 +62,13 @@ class PhotoPatch {
  public:
   /// Takes what samples in the rectangle read.
   void load(const Image& photo, const PhotoPoint& low, const PhotoPoint& high);
+  void load(const Layer& photo, const PhotoPoint& low, const PhotoPoint& high);
 
   /// Samples that are computed together.
   static constexpr std::size_t kRow = 8;
   /// Adds to `sums` what sample_bicubic gives at the positions first + i step. \pre they lie in the rectangle
-  void add_row(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums) const;
+  void add_row(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums,
+               Overshoot overshoot = Overshoot::kept) const;
 
  private:
   struct Axis {
@@ -122,6 +84,11 @@ class PhotoPatch {
     std::array<std::array<float, kRow>, 4> weight;
     Taps(const Axis& axis, double from, double step);
   };
+  template <typename Line>
+  void load_lines(int width, int height, const PhotoPoint& low, const PhotoPoint& high, const Line& line);
+  template <Overshoot kOvershoot>
+  void add_row_with(const PhotoPoint& first, const PhotoPoint& step, std::span<Color, kRow> sums) const;
+
   Axis x_, y_;
   std::vector<float> pixels_;
 };

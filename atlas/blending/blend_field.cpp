@@ -148,6 +148,7 @@ void BlendField::apply_band(std::size_t number, AtlasBuild& build) const {
              static_cast<float>(sum[2]) / kSumUnit, 1);
   }
   Page& page = build.page_of(number_);
+  const std::size_t layers = build.painting.are_colors() ? build.painting.layers() : 1;
   constexpr double kStep = kBlendStep;
   for (int y = texels.y0; y < texels.y1; ++y) {
     // Bilinear between cells, those without a sum left out: first down, then across.
@@ -163,8 +164,13 @@ void BlendField::apply_band(std::size_t number, AtlasBuild& build) const {
       const auto across = static_cast<float>(u - static_cast<double>(column));
       const Mean mean = (1 - across) * columns[column] + across * columns[column + 1];
       if (!(mean[3] > 0)) return;
+      const Color change = (1 / mean[3]) * Color{mean[0], mean[1], mean[2]};
       std::uint8_t* to = page.image.pixels.data() + 3 * at;
-      store(to, load(to) + (1 / mean[3]) * Color{mean[0], mean[1], mean[2]});
+      store(to, load(to) + change);
+      for (std::size_t number = 1; number < layers; ++number) {
+        const PageLayer layer = page.layer(number);
+        layer.put(at, layer.at(at) + build.painting.change_in_bands(number, change));
+      }
     });
   }
 }

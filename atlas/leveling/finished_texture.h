@@ -20,9 +20,10 @@ inline bool is_finished(const AtlasInput& input, std::size_t face) {
 const Image& finished_page(const AtlasInput& input, std::size_t face);
 TexelPoint finished_place(const AtlasInput& input, std::size_t face, std::uint32_t vertex);
 
-/// The colour at that vertex.
-Color finished_color(const AtlasInput& input, std::size_t face, std::uint32_t vertex);
-/// The colour at the point a + t (b - a) of an edge of the face.
-Color finished_color(const AtlasInput& input, std::size_t face, const std::array<std::uint32_t, 2>& edge, double t);
+/// The colour at that vertex, in a layer.
+Color finished_color(const AtlasInput& input, std::size_t face, std::uint32_t vertex, std::size_t layer = 0);
+/// The colour at the point a + t (b - a) of an edge of the face, in a layer.
+Color finished_color(const AtlasInput& input, std::size_t face, const std::array<std::uint32_t, 2>& edge, double t,
+                     std::size_t layer = 0);
 
 }  // namespace gpvc::atlas

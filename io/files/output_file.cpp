@@ -28,7 +28,7 @@ OutputFile::OutputFile(std::filesystem::path final_name) : final_name_(std::move
   do {
     temporary_ = final_name_;
     temporary_ += kSuffix + std::to_string(::getpid()) + "-" + std::to_string(serial++);
-    descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    descriptor = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   } while (descriptor < 0 && errno == EEXIST);
   if (descriptor >= 0) file_ = ::fdopen(descriptor, "wb");
   if (file_ == nullptr) {
@@ -48,6 +48,8 @@ void OutputFile::write(const void* data, std::size_t bytes) {
   if (bytes > 0 && std::fwrite(data, 1, bytes, file_) != bytes)
     throw OutputError(final_name_, std::string("cannot be written: ") + std::strerror(errno));
 }
+
+int OutputFile::descriptor() const { return ::fileno(file_); }
 
 void OutputFile::commit(Flush flush) {
   const auto check = [&](bool good) {

@@ -49,7 +49,7 @@ Padded padded_slowly(Page page, int padding) {
 /// Charts of random parts of their blocks, some with rings, on a page with free blocks.
 Page random_page(int edge, unsigned seed) {
   std::mt19937 random(seed);
-  Page page({8, 5}, edge);
+  Page page({8, 5}, edge, nullptr);
   page.open();
   for (std::uint32_t& owner : page.block_owner) owner = random() % 3 == 0 ? kNoOwner : random() % 4;
   for (int y = 0; y < page.image.height; ++y)
@@ -58,7 +58,7 @@ Page random_page(int edge, unsigned seed) {
       const bool chart = left > 12 && page.owner(x, y) != kNoOwner;
       if (!chart) continue;
       const Color color{static_cast<float>(random() % 256), static_cast<float>(random() % 256), 7};
-      page.put(x, y, color, random() % 5 == 0 ? TexelState::ring : TexelState::chart);
+      page.put(x, y, {&color, 1}, random() % 5 == 0 ? TexelState::ring : TexelState::chart);
     }
   return page;
 }
