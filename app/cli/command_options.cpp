@@ -56,6 +56,7 @@ CLI::App* add_evaluate(CLI::App& parent, EvaluateCommandOptions& options) {
   input.add("--images", options.input.images_dir, "DIR", "Folder of the photos")
       ->default_str("where the scene says, or 'images' beside it");
   add_masks(*app, options.input);
+  add_bands(*app, options.input);
   add_skipping(*app, options.input);
   input.add("--views", options.input.views, "LIST", "Only these views: names or globs, separated by commas")
       ->check(not_empty())

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "app/checks/frame_check.h"
+#include "app/cli/band_notes.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/run_record.h"
 #include "app/cli/scene_input.h"
@@ -83,6 +84,7 @@ void print_cameras(const Scene& scene, std::span<const ViewId> used, Console& co
   if (aside > 0) console.result(fmt::format("aside    {} views show what lies beyond the frames of fisheyes", aside));
   if (moving > 0)
     console.result(fmt::format("shutter  {} views moved while they were read out, which is undone row by row", moving));
+  for (const std::string& note : band_notes(scene)) console.result("bands    " + note);
   console.result("cameras  " + checks::box_text(checks::box_of(scene)));
   if (!scene.srs.empty()) console.result("srs      " + system_text(scene.srs));
   if (!(scene.offset == WorldPoint{}))

@@ -83,6 +83,39 @@ void add_masks(CLI::App& app, SceneInput& input) {
   group.flag("!--no-masks", input.masks, "Use every pixel: ignore masks and alpha channels")->excludes(masks_dir);
 }
 
+void add_bands(CLI::App& app, SceneInput& input) {
+  const OptionGroup group{app, pipeline::kInput};
+  const auto take = [&input](const std::vector<std::string>& given) {
+    for (const std::string& each : given) {
+      const std::size_t equals = each.find('=');
+      if (given.size() == 1 && each == "none") {
+        input.bands_by_name = false;
+      } else if (equals == std::string::npos || equals == 0 || equals + 1 == each.size()) {
+        throw CLI::ValidationError("--bands", fmt::format("'{}' is no NAME=DIR, nor none", each));
+      } else {
+        input.bands.push_back({each.substr(0, equals), each.substr(equals + 1)});
+      }
+    }
+  };
+  app.add_option_function<std::vector<std::string>>(
+         "--bands", take,
+         "Take the photos' band NAME from the files in DIR that are called like the photos; once for each band. They "
+         "are "
+         "registered to the photos by what they show. none: a file holds all bands of its photo")
+      ->type_name("NAME=DIR")
+      ->default_str("files beside the photos that are called like them but for a band, as cameras name them")
+      ->allow_extra_args(false)
+      ->group(pipeline::kInput);
+  group
+      .add("--composite", input.composite, "R,G,B",
+           "Bands that are looked at as red, green and blue, by name or number, or one as grey; photos of more than 8 "
+           "bits "
+           "or more than three channels")
+      ->delimiter(',')
+      ->default_str("bands called red, green, blue; else near infrared, red, green; else the first")
+      ->allow_extra_args(false);
+}
+
 void add_skipping(CLI::App& app, SceneInput& input) {
   OptionGroup{app, pipeline::kInput}.flag(
       "--skip-bad-photos", input.skip_bad_photos,
@@ -118,6 +151,7 @@ void add_photos(CLI::App& app, SceneInput& input) {
   group.number("--downscale", input.downscale, 1, 64, "N",
                "Reduce the photos N times in width and height, for a quick look; 1 to 64");
   add_masks(app, input);
+  add_bands(app, input);
 }
 
 void add_output(CLI::App& app, CommandOptions& options) {

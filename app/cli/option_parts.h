@@ -96,6 +96,8 @@ void add_common(CLI::App& app, CommonOptions& common, const std::string& footer)
 void add_scene(CLI::App& app, SceneInput& input);
 CLI::Option* add_mesh(CLI::App& app, std::filesystem::path& mesh);
 void add_masks(CLI::App& app, SceneInput& input);
+/// --bands, --composite.
+void add_bands(CLI::App& app, SceneInput& input);
 /// --skip-bad-photos.
 void add_skipping(CLI::App& app, SceneInput& input);
 /// --mesh-crs, which means something else by command.

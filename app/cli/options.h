@@ -51,6 +51,9 @@ struct SceneInput {
   bool preview = false;  ///< of fewer photos, smaller ones unless `downscale` says how much
   std::optional<std::filesystem::path> masks_dir;
   bool masks = true;
+  std::vector<io::BandFolder> bands;  ///< with a folder for each; empty: by the files' names, if at all
+  bool bands_by_name = true;
+  std::vector<std::string> composite;  ///< names or numbers of bands; empty: by their names
   bool skip_bad_photos = false;
   bool whole_fisheyes = false;  ///< one view for each photo, see io::SceneOptions
   std::string mesh_crs;         ///< reference system of the meshes; empty: found, if it is not the scene's
@@ -61,6 +64,9 @@ struct SceneInput {
             .downscale = reduction(),
             .masks_dir = masks_dir,
             .masks = masks,
+            .bands = bands,
+            .bands_by_name = bands_by_name,
+            .composite = composite,
             .whole_fisheyes = whole_fisheyes};
   }
 };

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/checks/frame_check.h"
+#include "app/cli/band_notes.h"
 #include "io/images.h"
 #include "io/mesh.h"
 #include "io/photos.h"
@@ -21,6 +22,12 @@ void note_masks(const SceneInputData& data, RunRecord& record) {
   record.counts["masked_views"] = masked;
   if (masked > 0)
     record.note(fmt::format("masks: {} of {} photos have a mask or an alpha channel", masked, data.used.size()));
+}
+
+void note_bands(const Scene& scene, RunRecord& record) {
+  if (!scene.bands) return;
+  for (const std::string& note : band_notes(scene)) record.note("bands: " + note);
+  record.counts["bands"] = bands_json(scene);
 }
 
 void note_bad_photos(const Scene& scene, RunRecord& record) {
@@ -108,6 +115,7 @@ SceneInputData read_scene_input(const SceneInput& input, RunRecord& record) {
   record.counts["views"] = data.scene.views.size();
   record.counts["used_views"] = data.used.size();
   note_masks(data, record);
+  note_bands(data.scene, record);
   note_bad_photos(data.scene, record);
   record.counts["held_out_views"] = data.held_out.size();
   std::string of_meshes, of_views;
@@ -142,6 +150,10 @@ Json scene_json(const SceneInput& input) {
   json["preview"] = input.preview;
   json["skip_bad_photos"] = input.skip_bad_photos;
   json["masks"] = !input.masks ? Json(false) : input.masks_dir ? Json(input.masks_dir->string()) : Json(true);
+  if (!input.bands_by_name) json["bands"] = false;
+  for (const io::BandFolder& band : input.bands)
+    json["bands"].push_back({{"name", band.name}, {"folder", band.folder.string()}});
+  if (!input.composite.empty()) json["composite"] = input.composite;
   return json;
 }
 
@@ -161,8 +173,7 @@ std::set<std::filesystem::path> input_files(const Scene& scene) {
   std::set<fs::path> files;
   for (const fs::path& file : scene.files) files.insert(fs::weakly_canonical(file));
   for (const View& view : scene.views)
-    for (const fs::path& file : {view.photo, view.mask})
-      if (!file.empty()) files.insert(fs::weakly_canonical(file));
+    for (const fs::path& file : io::files_of(view)) files.insert(fs::weakly_canonical(file));
   return files;
 }
 

@@ -48,10 +48,13 @@ io::WorkKey job_key(const pipeline::Run& run, std::string_view program, const Jo
   hash.add(job.tiles_model);
   hash.add(job.color_profile);
   hash.add(job.tie_points);
+  hash.add(run.input.scene.bands);
+  hash.add(run.input.scene.band_places);
   for (const ViewId id : run.input.views) {
     const View& view = run.input.scene.views[index(id)];
     hash.add(view.photo);
     hash.add(view.mask);
+    hash.add(view.band_files);
     hash.add(view.uses_alpha);
     hash.add(view.reduction);
   }

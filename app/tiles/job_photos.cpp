@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "io/photos.h"
+
 namespace gpvc::tiles {
 namespace {
 
@@ -23,8 +25,7 @@ JobPhotos::JobPhotos(JobFolder folder, const Job& job, const io::WorkKey& job_ke
 std::vector<fs::path> JobPhotos::files_of(std::span<const ViewId> views) const {
   std::set<fs::path> files;  // several views may be made from one
   for (const ViewId id : views)
-    for (const fs::path& file : {job_.scene.views[index(id)].photo, job_.scene.views[index(id)].mask})
-      if (!file.empty()) files.insert(file);
+    for (const fs::path& file : io::files_of(job_.scene.views[index(id)])) files.insert(file);
   return {files.begin(), files.end()};
 }
 

@@ -190,9 +190,14 @@ void cut(const checks::Input& input, const JobSettings& settings, results::Obser
   job.scene.srs = input.scene.srs;
   job.scene.offset = input.scene.offset;
   job.scene.views = input.scene.views;
-  for (View& view : job.scene.views)
-    for (fs::path* file : {&view.photo, &view.mask})
+  job.scene.bands = input.scene.bands;
+  job.scene.band_places = input.scene.band_places;
+  for (View& view : job.scene.views) {
+    std::vector<fs::path*> files{&view.photo, &view.mask};
+    for (fs::path& file : view.band_files) files.push_back(&file);
+    for (fs::path* file : files)
       if (!file->empty()) *file = fs::absolute(*file).lexically_normal();
+  }
   job.scene.circle_photos = input.scene.circle_photos;
   for (HashedPhoto& photo : job.scene.circle_photos) photo.file = fs::absolute(photo.file).lexically_normal();
   job.levels.push_back(std::move(finest));

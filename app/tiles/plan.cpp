@@ -131,9 +131,14 @@ class Estimates {
   /// Millionths of seconds for the photos of a unit, whose files have their full size on each level.
   double decoded(const pipeline::Workload& work) const { return 0.009 * work.pixels * reduction_ * reduction_; }
   double photo_file(ViewId id) const {
-    std::error_code failed;
-    const std::uintmax_t bytes = std::filesystem::file_size(job_.scene.views[index(id)].photo, failed);
-    return failed ? 0 : static_cast<double>(bytes);
+    double all = 0;
+    const View& view = job_.scene.views[index(id)];
+    for (const std::filesystem::path& file : view.band_files.empty() ? std::vector{view.photo} : view.band_files) {
+      std::error_code failed;
+      const std::uintmax_t bytes = std::filesystem::file_size(file, failed);
+      if (!failed) all += static_cast<double>(bytes);
+    }
+    return all;
   }
   double photo_files(std::size_t t) const {
     double bytes = 0;
