@@ -91,7 +91,6 @@ class PhotoCache final : public PhotoSource {
   /// The result of read_exclusion, and pixels without data in a band. Where alphas count or there are bands it comes with the photo,
   /// which lives as long; else nothing is kept.
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
-  const BandSet* bands() const override;
   /// To be asked for before photo() where both are wanted: a photo that was decoded for photo() alone is decoded again, since samples
   /// are kept only where they were asked for. They count towards the limit.
   std::shared_ptr<const Samples> samples(ViewId view) override;

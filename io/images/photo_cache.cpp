@@ -241,8 +241,6 @@ std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
   return {photo, &photo->image};
 }
 
-const BandSet* PhotoCache::bands() const { return state_->scene.bands ? &*state_->scene.bands : nullptr; }
-
 std::shared_ptr<const Samples> PhotoCache::samples(ViewId view) {
   const Photo photo = state_->fetch(state_->shown_by.at(index(view)), true);
   return {photo, &*photo->samples};
