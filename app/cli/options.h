@@ -12,6 +12,7 @@
 #include "app/ortho/ortho_settings.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
+#include "app/synth/band_photos.h"
 #include "app/synth/city.h"
 #include "app/tiles/make_job.h"
 #include "app/tileset/tileset.h"
@@ -135,6 +136,7 @@ struct SynthOptions : CommandOptions {
   bool exif = false;              ///< photos' EXIF data state their exposure
   double wander = 0;              ///< most that a channel's gain changes from photo to photo, as a share
   double backscatter = 0;         ///< of synth::Shot
+  synth::BandOptions bands;       ///< of photos that are TIFFs
   synth::Unmodelled unmodelled;   ///< city: what the mesh lacks
   bool reflections = false;       ///< of window panes
   double aperture_m = 0;          ///< 0: a pinhole

@@ -7,6 +7,7 @@
 
 #include "app/cli/interrupt.h"
 #include "app/cli/scene_input.h"
+#include "app/cli/synth_bands.h"
 #include "app/evaluate/truth.h"
 #include "app/synth/terrain.h"
 #include "io/npy.h"
@@ -121,6 +122,9 @@ Json options_json(const SynthOptions& o) {
           {"visibility_m", o.visibility_m},
           {"rays", o.rays},
           {"ids", o.ids},
+          {"bands", o.bands.count},
+          {"depth", name_of(kSampleTypeNames, o.bands.type)},
+          {"band_files", o.bands.apart},
           {"offset", Json::array({o.offset.x, o.offset.y, o.offset.z})},
           {"quality", o.quality}};
 }
@@ -167,6 +171,20 @@ synth::SynthScene unmodelled_of(const SynthOptions& options, std::size_t view) {
              : synth::SynthScene{};
 }
 
+synth::SynthPhoto take_photo(synth::SynthRenderer& renderer, const View& view, const synth::Shot& shot,
+                             const synth::SynthScene* unmodelled, const SynthOptions& options,
+                             const std::string& subfolder, results::OutputFolder& folder) {
+  if (!options.bands.any()) {
+    synth::SynthPhoto photo = renderer.photo(view.camera, view.pose, shot, unmodelled);
+    io::write_image(folder.file(subfolder + view.name), photo.image, io::ImageFormat::jpg, options.quality);
+    return photo;
+  }
+  synth::SynthPhoto photo;
+  const Samples samples = synth::band_photo(renderer, view.camera, view.pose, shot, unmodelled, options.bands, photo);
+  write_bands(samples, subfolder, view.name, options.bands, folder);
+  return photo;
+}
+
 void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views, const SynthOptions& options,
                  RunRecord& record, results::OutputFolder& folder) {
   record.begin({"photos", "photos"});
@@ -175,19 +193,15 @@ void take_photos(synth::SynthRenderer& renderer, const std::vector<View>& views,
     const View& view = views[v];
     const synth::SynthScene unmodelled = unmodelled_of(options, v);
     const synth::SynthPhoto photo =
-        renderer.photo(view.camera, view.pose, shot_of(options, view.camera, v), &unmodelled);
-    const std::filesystem::path file = folder.file("images/" + view.name);
-    io::write_image(file, photo.image, io::ImageFormat::jpg, options.quality);
-    if (options.exif) state_exposure(file, exposure_of(options, v));
+        take_photo(renderer, view, shot_of(options, view.camera, v), &unmodelled, options, "images/", folder);
+    if (options.exif) state_exposure(folder.file("images/" + view.name), exposure_of(options, v));
     if (!options.ids) continue;
     io::write_image(folder.file("ids/" + view.name + ".png"),
                     id_picture(photo.surfaces, view.camera.width, view.camera.height), io::ImageFormat::png, 0);
     if (options.unmodelled.any())
       io::write_image(folder.file("unmodelled/" + view.name + ".png"),
                       share_picture(photo.unmodelled, view.camera.width, view.camera.height), io::ImageFormat::png, 0);
-    if (imperfect(options))
-      io::write_image(folder.file("clean/" + view.name), renderer.photo(view.camera, view.pose).image,
-                      io::ImageFormat::jpg, options.quality);
+    if (imperfect(options)) take_photo(renderer, view, {}, nullptr, options, "clean/", folder);
   }
   record.end(fmt::format("{} of {} x {}", views.size(), options.flight.width, options.flight.height));
 }
@@ -214,7 +228,8 @@ void write_truth(const SynthOptions& options, const synth::SynthScene& scene, co
                       {"moving_surfaces", unmodelled_of(options, 0).surfaces.size()},
                       {"least_gain", least},
                       {"most_gain", most},
-                      {"photos", photos}};
+                      {"photos", photos},
+                      {"bands", synth_bands_json(options.bands)}};
   evaluate::write_json(folder.file("truth.json"), truth);
   if (options.mesh_noise_m > 0) synth::write_synth_mesh(folder.file("true_mesh.ply"), scene.mesh, options.offset);
 }
@@ -222,7 +237,8 @@ void write_truth(const SynthOptions& options, const synth::SynthScene& scene, co
 RunFacts synthesize(const SynthOptions& options, RunRecord& record, results::OutputFolder& folder) {
   record.begin({synth_name(options.kind)});
   const synth::SynthScene scene = make_scene(options);
-  const std::vector<View> views = synth::synth_flight(options.flight);
+  std::vector<View> views = synth::synth_flight(options.flight);
+  if (options.bands.any()) name_band_photos(views, options.bands);
   synth::SynthRenderer renderer(scene);
   record.counts = {{"faces", scene.mesh.faces.size()},
                    {"vertices", scene.mesh.positions.size()},
@@ -275,6 +291,8 @@ const char* synth_name(SynthKind kind) {
 }
 
 void run_synth(const SynthOptions& options, Console& console) {
+  if (options.exif && options.bands.any()) throw UsageError("--exif is of JPEGs, which bands are not");
+  if (options.bands.apart && !options.bands.any()) throw UsageError("--band-files belongs to --bands or --depth");
   run_command(fmt::format("synth {}", synth_name(options.kind)), options, console,
               [&](RunRecord& record, results::OutputFolder& folder) { return synthesize(options, record, folder); });
 }

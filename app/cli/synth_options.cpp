@@ -64,6 +64,23 @@ void add_scene_options(const OptionGroup& group, const Kind& kind, SynthOptions&
   constexpr Named<bool> kLenses[] = {{"opencv", true}, {"pinhole", false}};
   group.choice("--lens", kLenses, flight.distorted,
                "opencv: mild distortion and an off-centre principal point; pinhole: neither");
+  group
+      .number("--bands", options.bands.count, std::size_t{1}, synth::kMostBands, "N",
+              "Take reflectance in N bands, 1 to 10, as TIFF: 3 red, green, blue; 4 near infrared as well; 5 blue, "
+              "green, red, "
+              "near infrared, red edge")
+      ->default_str("none: JPEG");
+  constexpr Named<SampleType> kDepths[] = {{"8", SampleType::u8}, {"16", SampleType::u16}, {"float", SampleType::f32}};
+  const auto take_depth = [&bands = options.bands](SampleType type) {
+    bands.type = type;
+    if (!bands.any()) bands.count = 3;
+  };
+  group.choice(
+      "--depth", kDepths, take_depth, options.bands.type,
+      "Bits of a sample of a TIFF, of three bands unless --bands says how many. White is the most of red, green and "
+      "blue; else 200 of 8 bits, 32768 of 16; 1 of floats");
+  group.flag("--band-files", options.bands.apart,
+             "Write each band to a file of its own, NAME_1.tif, NAME_2.tif, taken by a lens a pixel or two aside");
   group.number("--quality", options.quality, 1, 100, "N", "JPEG quality of the photos, 1 to 100");
 }
 

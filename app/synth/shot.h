@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "io/scene.h"
 
@@ -53,6 +54,8 @@ struct Shot {
   int rays = 64;
   double backscatter = 0;  ///< how much brighter all is where one looks straight away from the sun than across its rays
   bool reflections = false;  ///< window panes mirror sky, sun and what is around them
+  /// The photo's channels are those of surface_reflectance() at these wavelengths, and SynthPhoto::light is filled.
+  std::optional<std::array<double, 3>> wavelengths_nm{};
   bool sharp() const { return lens.aperture_m == 0 && shake.none(); }
 };
 

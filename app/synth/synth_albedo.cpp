@@ -176,4 +176,21 @@ Color surface_albedo(const Surface& s, const WorldPoint& p) {
   return {c[0] * s.tint[0], c[1] * s.tint[1], c[2] * s.tint[2]};
 }
 
+double surface_reflectance(const Surface& s, const WorldPoint& p, double wavelength_nm) {
+  constexpr double kFactors[] = {1.0, 0.95, 1.15, 1.1, 1.05, 0.9, 1.2, 1.0, 0.8, 0.85, 1.05};  // of materials
+  const Color c = surface_albedo(s, p);
+  const double red = c[0] / 255, green = c[1] / 255, blue = c[2] / 255;
+  const double infrared =
+      kFactors[static_cast<std::size_t>(s.material)] * red + 1.2 * std::max(0.0, green - (red + blue) / 2);
+  const std::array<std::array<double, 2>, 5> nodes{
+      {{475, blue}, {560, green}, {668, red}, {717, (red + infrared) / 2}, {842, infrared}}};
+  if (wavelength_nm <= nodes.front()[0]) return nodes.front()[1];
+  for (std::size_t i = 1; i < nodes.size(); ++i)
+    if (wavelength_nm <= nodes[i][0]) {
+      const double t = (wavelength_nm - nodes[i - 1][0]) / (nodes[i][0] - nodes[i - 1][0]);
+      return nodes[i - 1][1] + (nodes[i][1] - nodes[i - 1][1]) * t;
+    }
+  return nodes.back()[1];
+}
+
 }  // namespace gpvc::synth

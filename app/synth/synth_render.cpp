@@ -47,6 +47,15 @@ void set_ray(Packet& packet, std::size_t i, const Ray& ray, float far) {
   packet.flags[i] = 0;
 }
 
+using Wavelengths = std::optional<std::array<double, 3>>;
+
+Color color_of(const Surface& surface, const WorldPoint& p, const Wavelengths& wavelengths) {
+  if (!wavelengths) return surface_albedo(surface, p);
+  Color color{};
+  for (std::size_t i = 0; i < color.size(); ++i) color[i] = 255 * surface_reflectance(surface, p, (*wavelengths)[i]);
+  return color;
+}
+
 // A scene in Embree, with normals in double, since Embree's floats are too coarse for distances.
 struct TracedScene {
   const SynthScene& scene;
@@ -70,7 +79,8 @@ struct TracedScene {
     return facing == 0 ? std::numeric_limits<double>::quiet_NaN() : above / facing;
   }
 
-  SurfacePoint on_face(const Ray& ray, std::uint32_t face, std::uint32_t first_surface) const {
+  SurfacePoint on_face(const Ray& ray, std::uint32_t face, std::uint32_t first_surface,
+                       const Wavelengths& wavelengths) const {
     const double t = distance(ray, face);
     if (std::isnan(t)) return {};
     const WorldPoint& n = normals[face];
@@ -78,7 +88,7 @@ struct TracedScene {
     const WorldPoint seen = dot(n, ray.direction) < 0 ? n : n * -1;
     const std::uint32_t surface = scene.face_surface[face];
     const Surface& made = scene.surfaces[surface];
-    return {false, p, seen, surface_albedo(made, p), first_surface + surface, in_window_pane(made, p)};
+    return {false, p, seen, color_of(made, p, wavelengths), first_surface + surface, in_window_pane(made, p)};
   }
 };
 
@@ -116,6 +126,7 @@ TracedScene::TracedScene(RTCDevice device, const SynthScene& from) : scene(from)
 struct SynthRenderer::State {
   RTCDevice device = nullptr;
   std::optional<TracedScene> still, unmodelled;
+  Wavelengths wavelengths{};  // of the photo that is taken
 
   ~State() {
     unmodelled.reset();
@@ -129,7 +140,7 @@ struct SynthRenderer::State {
     if (!still->scene.endless_ground || d.z >= -1e-3 * (std::abs(d.x) + std::abs(d.y))) return {};
     const double t = -ray.origin.z / d.z;
     const WorldPoint p{ray.origin.x + t * d.x, ray.origin.y + t * d.y, 0};
-    return {false, p, {0, 0, 1}, surface_albedo(still->scene.surfaces[0], p), kNoSurface, false};
+    return {false, p, {0, 0, 1}, color_of(still->scene.surfaces[0], p, wavelengths), kNoSurface, false};
   }
 
   using Points = std::array<SurfacePoint, kSamples>;
@@ -158,7 +169,7 @@ struct SynthRenderer::State {
         const double t = (*part)->distance(rays[i], hits.hit.primID[i]);
         if (t >= nearest[i]) continue;
         nearest[i] = t;
-        points[i] = (*part)->on_face(rays[i], hits.hit.primID[i], first_surface);
+        points[i] = (*part)->on_face(rays[i], hits.hit.primID[i], first_surface, wavelengths);
       }
     }
   }
@@ -335,6 +346,8 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Sh
   photo.surfaces.resize(width * height);
   photo.unmodelled.resize(width * height);
   state_->prepare(camera);
+  state_->wavelengths = shot.wavelengths_nm;
+  if (shot.wavelengths_nm) photo.light.resize(width * height);
   state_->unmodelled.reset();
   if (unmodelled != nullptr && !unmodelled->mesh.faces.empty()) state_->unmodelled.emplace(state_->device, *unmodelled);
   const double half_x = camera.width / 2.0, half_y = camera.height / 2.0;
@@ -359,6 +372,7 @@ SynthPhoto SynthRenderer::photo(const Camera& camera, const Pose& pose, const Sh
       for (std::size_t i = 0; i < 3; ++i) {
         const double gain = light * shot.exposure.at(i, corner_share);
         out[i] = static_cast<std::uint8_t>(std::clamp(gain * seen.sum[i] + 0.5, 0.0, 255.0));
+        if (!photo.light.empty()) photo.light[index][i] = static_cast<float>(gain * seen.sum[i] / 255);
       }
     }
   });

@@ -63,6 +63,11 @@ bool in_window_pane(const Surface& surface, const WorldPoint& p);
 /// Albedo at a point of the surface, with the surface's tint.
 Color surface_albedo(const Surface& surface, const WorldPoint& p);
 
+/// The share of the light that a point of the surface reflects at a wavelength. At 475, 560 and 668 nm it is the albedo's blue, green and
+/// red over 255; at 842 nm the red one times a factor of the material, 0.8 to 1.2, and 1.2 times what green has over the mean of
+/// red and blue, as leaves have; at 717 nm halfway between red and that; linear between these, and constant beyond.
+double surface_reflectance(const Surface& surface, const WorldPoint& p, double wavelength_nm);
+
 /// Marks pixels whose samples see several surfaces.
 inline constexpr std::uint32_t kMixedSurfaces = 0xFFFFFFFEu;
 /// Marks pixels that see the sky or nothing.
@@ -74,6 +79,8 @@ struct SynthPhoto {
   /// numbered from the number of the scene's surfaces on.
   std::vector<std::uint32_t> surfaces;
   std::vector<std::uint8_t> unmodelled;  ///< per pixel the share of its rays that meet such objects first, of 255
+  /// Per pixel what the channels are of 255, neither rounded nor cut off; of Shot::wavelengths_nm alone.
+  std::vector<std::array<float, 3>> light{};
 };
 
 /// Renders photos of a scene with sun and shadows. Holds an Embree scene.
