@@ -109,19 +109,23 @@ class PhotoCache final : public PhotoSource {
 struct Picture {
   Image image;  ///< 3 channels, of the view's camera size; of a panorama's view what continue_around() gives
   std::optional<PhotoExclusion> exclusion{};
+  std::optional<Samples> samples{};  ///< of a scene with bands; what is no number has to be excluded
 };
 
 /// Pictures in memory, one a view.
 class PictureSource final : public PhotoSource {
  public:
-  /// Throws std::invalid_argument when a picture is not of its camera's size or has not 3 channels.
+  /// Throws std::invalid_argument when a picture is not of its camera's size or has not 3 channels, and for samples that are not of that
+  /// size and of Scene::bands.
   PictureSource(const Scene& scene, std::vector<Picture> pictures);
   std::shared_ptr<const Image> photo(ViewId view) override;
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+  std::shared_ptr<const Samples> samples(ViewId view) override;
 
  private:
   std::vector<std::shared_ptr<const Image>> images_;
   std::vector<std::shared_ptr<const PhotoExclusion>> exclusions_;
+  std::vector<std::shared_ptr<const Samples>> samples_;
 };
 
 /// Pictures that a function makes when they are asked for. It is called from several threads at a time, and once for each
@@ -134,6 +138,7 @@ class CallbackSource final : public PhotoSource {
   /// Throws std::invalid_argument as PictureSource does, and what the function throws.
   std::shared_ptr<const Image> photo(ViewId view) override;
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
+  std::shared_ptr<const Samples> samples(ViewId view) override;
 
  private:
   const Scene& scene_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "io/files/paths.h"
 #include "io/images/codec.h"
@@ -111,26 +110,6 @@ void check_photo_end(const fs::path& file) {
   constexpr std::size_t kTail = 1 << 16;
   const std::string_view tail = view.substr(view.size() - std::min(view.size(), kTail));
   if (tail.find("\xFF\xD9") == std::string_view::npos) check_jpeg({file, "", view});
-}
-
-int sample_bits(const fs::path& file) { return header_of(file).bits; }
-
-bool lies_beyond_range(const fs::path& file) {
-  const FileBytes bytes = image_bytes(file, FileBytes::Use::in_places);
-  const ImageBytes image{file, "", bytes.view()};
-  const ImageHeader header = read_header(image);
-  if (header.bits != 0 || header.linear_light) return false;
-  const int channels = header.channels < 3 ? 1 : 3;  // those of the colours
-  const auto stride = static_cast<std::size_t>(channels);
-  std::vector<float> samples(pixel_index(0, header.height, header.width) * stride);
-  decode_samples(image, header, channels, samples.data());
-  std::size_t numbers = 0, beyond = 0;
-  for (std::size_t i = 0; i < samples.size(); i += stride) {
-    const std::span<const float> pixel(&samples[i], stride);
-    numbers += std::ranges::any_of(pixel, [](float sample) { return std::isnan(sample); }) ? 0 : 1;
-    beyond += std::ranges::any_of(pixel, [](float sample) { return sample < 0 || sample > 1; }) ? 1 : 0;
-  }
-  return 2 * beyond > numbers;
 }
 
 bool has_alpha(const fs::path& file) { return header_of(file).alpha_channel >= 0; }

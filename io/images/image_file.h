@@ -39,13 +39,6 @@ struct PhotoHeader {
 /// From the header alone. Throws InputError, also for samples of a type that photos can't have.
 PhotoHeader read_photo_header(const std::filesystem::path& file);
 
-/// Bits a sample, and 0 for samples that are no integers. From the header alone. Throws InputError.
-int sample_bits(const std::filesystem::path& file);
-
-/// True for samples that are floats and no linear light (EXR, HDR), if most of the pixels that are numbers have one outside 0
-/// to 1: what black and white are made of. Decodes such files alone. Throws InputError.
-bool lies_beyond_range(const std::filesystem::path& file);
-
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
 

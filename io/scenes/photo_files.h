@@ -28,11 +28,6 @@ std::filesystem::path find_photos(SceneFile& scene, const std::vector<bool>& nee
 /// the colours that the model is to have.
 void use_texture_layers(SceneFile& scene);
 
-/// Warns of photos whose samples use a small part of the range that their files have, 12 bits in 16 for example, of which
-/// little is left in the 8 bits that photos are worked on with; and of floats beyond the 0 to 1 that become black and white,
-/// as cameras of heat have them. Decodes a few photos of more than 8 bits.
-void warn_of_unused_range(SceneFile& scene);
-
 /// Reads the size of every photo found and fits its camera to it: cameras without a size get their pixels, cameras
 /// calibrated at another size of the same shape are scaled, and a photo that cannot be read or is of another shape is
 /// forgotten (forget_photo).

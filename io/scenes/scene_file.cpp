@@ -334,7 +334,6 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   if (!options.whole_fisheyes) scene.circle_photos = find_image_circles(file.views, needed);
   find_masks(file, options);
   find_bands(file, needed, options);
-  if (!file.bands) warn_of_unused_range(file);
   scene.source = source;
   for (View& view : file.views) {
     if (view.camera.width != 0) view.camera = reduced(view, options.downscale);

@@ -272,57 +272,61 @@ TEST(PhotoKinds, InksAreInvertedWhereAdobesMarkSaysSo) {
   expect_color(ink_jpeg(JCS_CMYK, {55, 215, 175, 153}, false), {80, 16, 32});
 }
 
-/// What reading a scene of one photo says.
+/// Which samples of a scene of one photo are black and white in what is looked at.
 template <typename Sample>
-std::string warnings_of(const std::string& name, const OIIO::TypeDesc& type, const std::vector<Sample>& samples) {
+std::pair<double, double> range_of(const std::string& name, const OIIO::TypeDesc& type,
+                                   const std::vector<Sample>& samples) {
   const TemporaryFolder folder;
   const std::string width = std::to_string(samples.size());
   folder.write("model/cameras.txt", "1 PINHOLE " + width + " 1 500 500 " + width + " 0.5\n");
   folder.write("model/images.txt", "1 1 0 0 0 0 0 0 1 " + name + "\n\n");
   store(folder, name, 1, type, samples);
-  std::string all;
-  for (const std::string& warning : read_scene(folder.path() / "model", {.images_dir = folder.path()}).warnings)
-    all += warning + "\n";
-  return all;
+  const Scene scene = read_scene(folder.path() / "model", {.images_dir = folder.path()});
+  EXPECT_TRUE(scene.warnings.empty());
+  return scene.bands ? std::pair(scene.bands->black, scene.bands->white) : std::pair(0.0, 255.0);
 }
 
-TEST(PhotoKinds, DepthThatIsNotUsedIsWarnedOf) {
+using Range = std::pair<double, double>;
+constexpr Range kWords{0, 65535}, kReals{0, 1};
+
+TEST(PhotoKinds, DepthThatIsNotUsedIsNotLookedAt) {
   const auto photo = [](auto sample) {
     std::vector<std::uint16_t> samples;
     for (int i = 0; i < 4096; ++i) samples.push_back(static_cast<std::uint16_t>(sample(i)));
     return samples;
   };
-  const std::string unused = "photos of more than 8 bits a sample use the levels ";
   for (const std::string name : {"a.tif", "a.png"}) {
-    const auto said = [&](auto sample) { return warnings_of(name, OIIO::TypeUInt16, photo(sample)); };
-    EXPECT_EQ(said([](int i) { return 16 * i; }), "") << "full range";
-    EXPECT_TRUE(contains(said([](int i) { return i; }), unused + "0 to 16 of the 0 to 255")) << "12 bits in 16";
-    EXPECT_TRUE(contains(said([](int i) { return 29000 + i / 2; }), unused + "113 to 121 of the"))
-        << "a camera of heat";
-    EXPECT_EQ(said([](int i) { return i == 99 ? 60000 : i; }), "") << "night, with a lamp";
-    EXPECT_EQ(said([](int i) { return i % 2 * 65535; }), "") << "black and white";
+    const auto range = [&](auto sample) { return range_of(name, OIIO::TypeUInt16, photo(sample)); };
+    EXPECT_EQ(range([](int i) { return 16 * i; }), kWords);
+    EXPECT_EQ(range([](int i) { return i; }), (Range{0, 4296})) << "12 bits in 16";
+    EXPECT_EQ(range([](int i) { return 29000 + i / 2; }), (Range{28900, 31148})) << "a camera of heat";
+    EXPECT_EQ(range([](int i) { return i == 99 ? 60000 : i; }), kWords) << "night, with a lamp";
+    EXPECT_EQ(range([](int i) { return i % 2 * 65535; }), kWords) << "black and white";
+    EXPECT_EQ(range([](int) { return 7; }), (Range{7, 8})) << "nothing";
     const auto dark = photo([](int i) { return i % 20; });
-    EXPECT_EQ(warnings_of(name, OIIO::TypeUInt8, Bytes(dark.begin(), dark.end())), "") << "dark, of 8 bits";
+    EXPECT_EQ(range_of(name, OIIO::TypeUInt8, Bytes(dark.begin(), dark.end())), (Range{0, 255})) << "dark, of 8 bits";
   }
 }
 
-TEST(PhotoKinds, FloatsBeyondBlackAndWhiteAreWarnedOf) {
-  const auto said = [](const std::string& name, auto sample) {
+TEST(PhotoKinds, FloatsBeyondBlackAndWhiteAreLookedAtOverTheirOwnRange) {
+  const auto range = [](const std::string& name, auto sample) {
     std::vector<float> samples;
     for (int i = 0; i < 64; ++i) samples.push_back(static_cast<float>(sample(i)));
-    return warnings_of(name, OIIO::TypeFloat, samples);
+    return range_of(name, OIIO::TypeFloat, samples);
   };
-  const std::string beyond =
-      "1 of 1 photos looked at hold floating-point samples that lie beyond 0 to 1 on most of their pixels";
+  const auto expect_near = [](const Range& is, const Range& expected) {
+    EXPECT_NEAR(is.first, expected.first, 0.01);
+    EXPECT_NEAR(is.second, expected.second, 0.01);
+  };
   const auto degrees = [](int i) { return 15 + 0.1 * i; };
-  EXPECT_TRUE(contains(said("a.tif", degrees), beyond));
-  EXPECT_TRUE(contains(said("a.tif", [](int i) { return -20 + 0.1 * i; }), beyond)) << "frost";
+  expect_near(range("a.tif", degrees), {14.685, 21.615});
+  expect_near(range("a.tif", [](int i) { return -20 + 0.1 * i; }), {-20.315, -13.385});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(contains(said("a.tif", [&](int i) { return i < 60 ? nan : 20; }), beyond))
-      << "of the pixels with a value";
-  EXPECT_EQ(said("a.tif", [](int i) { return i / 63.0; }), "");
-  EXPECT_EQ(said("a.tif", [](int i) { return i < 40 ? 0.5 : 2; }), "") << "glints";
-  EXPECT_EQ(said("a.exr", degrees), "") << "light";
+  expect_near(range("a.tif", [&](int i) { return i < 60 ? nan : 20 + i - 60; }), {19.85, 23.15});
+  EXPECT_EQ(range("a.tif", [](int i) { return i / 63.0; }), kReals);
+  // Light is looked at as a screen shows it, glints or not.
+  EXPECT_EQ(range("a.exr", [](int i) { return i < 40 ? 0.5 : 2; }), kReals);
+  expect_near(range("a.exr", degrees), {0, 21.615});
 }
 
 TEST(PhotoKinds, OrientationTagsTurnNothing) {
