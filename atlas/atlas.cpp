@@ -10,6 +10,7 @@
 #include "atlas/baking/kept_pages.h"
 #include "atlas/baking/page_baker.h"
 #include "atlas/charts/charts.h"
+#include "atlas/leveling/band_gains.h"
 #include "atlas/leveling/seam_leveling.h"
 #include "atlas/packing/layout.h"
 #include "io/clock.h"
@@ -199,6 +200,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   atlas.face_chart = layout.set.face_chart;
   atlas.exposure = leveling->correction.exposure;
   build.correction = std::move(leveling->correction);
+  if (bands != nullptr && bands->radiometric && state.options.band_gains) build.painting.gains = fit_band_gains(input);
   BakedPages baked = bake_pages(build, options, progress);
   atlas.pages = std::move(baked.pages);
   atlas.samples = std::move(baked.samples);

@@ -57,6 +57,9 @@ struct AtlasOptions {
   int padding = 8;
   PhotoAlignment align = PhotoAlignment::local;
   SeamLeveling seams = SeamLeveling::full;
+  /// Multiply bands that are quantities (BandSet::radiometric), which are left as photos have them else, by one gain per view and band,
+  /// and by what undoes the fall-off of the lens, so that they agree along seams.
+  bool band_gains = false;
   Blending blend = Blending::coarse;
   /// Views that cost this much or more have no share in blending; below it, the share grows linearly as the cost falls.
   /// By default twice the weight of the data term (labeling::CostOptions): a view of little quality has half the share of

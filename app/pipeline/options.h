@@ -33,8 +33,8 @@ GPVC_MEMBERS(SolverOptions, smoothness, max_sweeps, thorough, small_patch_faces,
 }  // namespace gpvc::labeling
 
 namespace gpvc::atlas {
-GPVC_MEMBERS(AtlasOptions, page_size, padding, align, seams, blend, blend_cost, margin_px, texel_size, max_pages,
-             max_texels, unseen, unseen_color)
+GPVC_MEMBERS(AtlasOptions, page_size, padding, align, seams, band_gains, blend, blend_cost, margin_px, texel_size,
+             max_pages, max_texels, unseen, unseen_color)
 }  // namespace gpvc::atlas
 
 namespace gpvc::pipeline {
@@ -211,6 +211,10 @@ auto options_of(T& o) {
       offered(o.seams, "seams", pages, kQuality,
               "Levelling of colours across seams. global: one correction per chart and vertex; full: that, and a blend "
               "near the seam; none: colours as in the photos"),
+      only(For::one_model, offered(o.band_gains, "band-gains", pages, kQuality,
+                                   "Multiply bands that are quantities, such as reflectance, by one gain per photo and "
+                                   "band, so that photos agree "
+                                   "along seams; without, they stay as they are in the photos")),
       offered(
           o.blend, "blend", pages, kQuality,
           "coarse: brightness and colour come in part from all photos that see a place whole, fine detail (up to some "

@@ -105,11 +105,26 @@ std::vector<std::uint8_t> pages_beside(const Mesh& mesh, const EditModel& before
   return pages;
 }
 
+/// Earlier pages by number, and their samples where photos have bands; empty where new charts do not need their colours.
+struct PagesBeside {
+  std::vector<Image> images;
+  std::vector<Samples> samples;
+};
+
+/// The samples of an earlier page. Throws InputError where they are not those of this page.
+Samples read_page_samples(const fs::path& file, const BandSet& bands, const Image& page) {
+  Samples samples = io::read_samples(file);
+  if (samples.width != page.width || samples.height != page.height || samples.bands != bands.bands.size() ||
+      samples.type != bands.type)
+    throw InputError(file, "", "is not what was written there with its page", {Cure::make_editable});
+  return samples;
+}
+
 /// Copies the pages that are kept, and returns those whose colours the new charts need.
-std::vector<Image> keep_pages(const fs::path& from, const Mesh& mesh, const EditModel& before, const Change& change,
-                              const Settings& settings, ModelFiles& files) {
-  const std::vector<std::uint8_t> needed = pages_beside(mesh, before, change);
-  std::vector<Image> pages(needed.size());
+PagesBeside keep_pages(const fs::path& from, const Input& input, const EditModel& before, const Change& change,
+                       const Settings& settings, ModelFiles& files) {
+  const std::vector<std::uint8_t> needed = pages_beside(input.mesh, before, change);
+  PagesBeside pages{std::vector<Image>(needed.size()), std::vector<Samples>(needed.size())};
   tbb::parallel_for(std::size_t{0}, needed.size(), [&](std::size_t p) {
     if (change.page_number[p] == kDropped) return;
     const fs::path file = from / page_name(p, settings.output.texture);
@@ -120,8 +135,13 @@ std::vector<Image> keep_pages(const fs::path& from, const Mesh& mesh, const Edit
       throw InputError(file, "",
                        fmt::format("expected the page of {} x {} texels that was written there, found {} x {}",
                                    before.page_sizes[p][0], before.page_sizes[p][1], page.width, page.height));
+    if (input.scene.bands) {
+      const fs::path samples = from / samples_name(p);
+      if (needed[p] != 0) pages.samples[p] = read_page_samples(samples, *input.scene.bands, page);
+      files.keep_samples(change.page_number[p], samples);
+    }
     files.keep_page(change.page_number[p], file, page);
-    if (needed[p] != 0) pages[p] = std::move(page);
+    if (needed[p] != 0) pages.images[p] = std::move(page);
   });
   return pages;
 }
@@ -198,7 +218,8 @@ class Remaking final : public PageSink {
         earlier_(earlier),
         change_(change),
         files_(files),
-        beside_(earlier.model.page_sizes.size()) {}
+        beside_{std::vector<Image>(earlier.model.page_sizes.size()),
+                std::vector<Samples>(earlier.model.page_sizes.size())} {}
 
   atlas::TextureAtlas make(std::span<const ViewId> labels, OutputFolder& folder) {
     if (change_.faces == 0) return copied();
@@ -207,7 +228,8 @@ class Remaking final : public PageSink {
     exposure.resize(run_.input.scene.views.size());  // without seams there was nothing to fit them to
     std::vector<ShiftField> alignment = earlier_.model.alignment;
     alignment.resize(run_.input.scene.views.size());  // photos that fit each other without stay as they are
-    const atlas::FinishedTexture finished{earlier_.model.model, beside_, earlier_.model.reduction};
+    const atlas::FinishedTexture finished{earlier_.model.model, beside_.images, earlier_.model.reduction,
+                                          beside_.samples};
     const MemoryPlan memory = with_coverage(plan_memory(run_.input, run_.settings), coverage);
     const FileSizes sizes = predicted_sizes(run_.input, run_.settings, memory.work.texels);
     io::CoarsePhotos photos = with_coarse_photos(run_, memory.work, sizes.likely, folder.in_making());
@@ -235,8 +257,9 @@ class Remaking final : public PageSink {
         all.page_texels += static_cast<std::size_t>(earlier_.model.page_sizes[p][0]) *
                            static_cast<std::size_t>(earlier_.model.page_sizes[p][1]);
     files_.begin(all);
-    std::ranges::move(keep_pages(from_, run_.input.mesh, earlier_.model, change_, run_.settings, files_),
-                      beside_.begin());
+    PagesBeside kept = keep_pages(from_, run_.input, earlier_.model, change_, run_.settings, files_);
+    std::ranges::move(kept.images, beside_.images.begin());
+    std::ranges::move(kept.samples, beside_.samples.begin());
   }
   std::future<void> take_model(const io::TexturedModel& made) override {
     model_ = joined(earlier_.model, change_, made);
@@ -274,7 +297,7 @@ class Remaking final : public PageSink {
   const Earlier& earlier_;
   const Change& change_;
   ModelFiles& files_;
-  std::vector<Image> beside_;  ///< earlier pages by number; empty where the new charts do not need their colours
+  PagesBeside beside_;
   io::TexturedModel model_;
 };
 

@@ -240,6 +240,8 @@ void ModelFiles::take_samples(std::size_t number, atlas::PageSamples page, const
   io::write_samples(samples_[number], page.samples, bands, page.charts);
 }
 
+void ModelFiles::keep_samples(std::size_t number, const fs::path& from) { io::copy_file(from, samples_[number]); }
+
 void ModelFiles::keep_page(std::size_t number, const fs::path& from, const Image& page) {
   run_.observer.check_cancelled();
   io::copy_file(from, pages_[number].file);

@@ -88,6 +88,8 @@ class ModelFiles final : public PageSink {
   void take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) override;
   /// Takes over the file of a page of another result, byte for byte, instead of take_page().
   void keep_page(std::size_t number, const std::filesystem::path& from, const Image& page);
+  /// Likewise the file of its samples, instead of take_samples().
+  void keep_samples(std::size_t number, const std::filesystem::path& from);
   /// Of the pages, by number.
   const std::vector<std::array<int, 2>>& page_sizes() const { return page_sizes_; }
   /// Draws the preview and, where cuts were measured, misfit.png; writes the glTF. \pre all pages were taken or kept

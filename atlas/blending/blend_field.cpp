@@ -167,9 +167,9 @@ void BlendField::apply_band(std::size_t number, AtlasBuild& build) const {
       const Color change = (1 / mean[3]) * Color{mean[0], mean[1], mean[2]};
       std::uint8_t* to = page.image.pixels.data() + 3 * at;
       store(to, load(to) + change);
-      for (std::size_t number = 1; number < layers; ++number) {
-        const PageLayer layer = page.layer(number);
-        layer.put(at, layer.at(at) + build.painting.change_in_bands(number, change));
+      for (std::size_t later = 1; later < layers; ++later) {
+        const PageLayer layer = page.layer(later);
+        layer.put(at, layer.at(at) + build.painting.change_in_bands(later, change));
       }
     });
   }
