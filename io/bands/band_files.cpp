@@ -117,28 +117,35 @@ std::string misfit(const fs::path& file, const fs::path& photo) {
   if (a.size.width != b.size.width || a.size.height != b.size.height)
     return "is " + size_text(a.size.width, a.size.height) + " pixels, not " + size_text(b.size.width, b.size.height);
   if (a.type != b.type) return "is of another type of samples";
+  if (a.channels - (a.alpha_channel >= 0 ? 1 : 0) != 1) return "holds more than one band";
   return {};
 }
 
-void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
+/// True if a file of a group is the photo of another view: its bands are views of their own.
+bool are_views(const SceneFile& scene, const std::vector<std::map<int, Member>>& groups) {
   std::set<fs::path> photos;
   for (const View& view : scene.views)
     if (!view.photo.empty()) photos.insert(real_path(view.photo));
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    for (const auto& [order, member] : groups[i])
+      if (member.file != scene.views[i].photo && photos.contains(real_path(member.file))) return true;
+  return false;
+}
+
+void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
   Groups groups;
   std::vector<std::map<int, Member>> found(scene.views.size());
   std::size_t wanting = 0, grouped = 0;
   std::map<int, Member> all;  // bands of any view
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    const fs::path& photo = scene.views[i].photo;
-    if (photo.empty()) continue;
+    if (scene.views[i].photo.empty()) continue;
     wanting += needed[i] ? 1 : 0;
-    found[i] = groups.of(photo);
-    for (const auto& [order, member] : found[i])
-      if (member.file != photo && photos.contains(real_path(member.file))) return;  // its bands are views of their own
-    grouped += needed[i] && found[i].size() > 1 ? 1 : 0;
-    if (needed[i] && found[i].size() > 1) all.insert(found[i].begin(), found[i].end());
+    found[i] = groups.of(scene.views[i].photo);
+    if (!needed[i] || found[i].size() < 2) continue;
+    ++grouped;
+    all.insert(found[i].begin(), found[i].end());
   }
-  if (grouped == 0 || 2 * grouped < wanting) return;
+  if (grouped == 0 || 2 * grouped < wanting || are_views(scene, found)) return;
   std::erase_if(all, [&](const auto& band) {
     const Member& member = band.second;
     for (std::size_t i = 0; i < scene.views.size(); ++i) {

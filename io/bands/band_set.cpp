@@ -59,6 +59,10 @@ std::vector<std::size_t> some_of(const std::vector<std::size_t>& all) {
   return some;
 }
 
+/// Shares of an alpha's pixels that are neither 0 nor full, beyond which it is none: where a file does not say what it is, and where it
+/// calls it one.
+constexpr double kMostly = 0.5, kNearlyAll = 0.999;
+
 class BandFinder {
  public:
   BandFinder(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options)
@@ -122,15 +126,17 @@ class BandFinder {
     });
     double mean = 0;
     for (const double share : partial) mean += share / static_cast<double>(partial.size());
-    if (mean <= 0.5) return;
+    // Few pixels of a band are 0 or overexposed; a mask that excludes little does not hold more.
+    const bool guessed = holdings_[some[0]].files[0].guesses_alpha;
+    if (mean <= (guessed ? kMostly : kNearlyAll)) return;
     for (const std::size_t i : with_alpha) {
       ++holdings_[i].bands[0];
       scene_.views[i].uses_alpha = false;
     }
-    scene_.warn(
-        with_alpha.size(),
-        "photos call a channel alpha that is neither 0 nor full on most pixels: it is taken for a band, as in " +
-            view(some[0]).photo.string());
+    scene_.warn(with_alpha.size(),
+                "photos have a channel in the place of an alpha that is hardly anywhere 0 or full: it is taken for a "
+                "band, as in " +
+                    view(some[0]).photo.string());
   }
 
   bool holds_more() const {

@@ -318,6 +318,7 @@ bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
   header.channels = l.channels;
   header.bits = l.format == SAMPLEFORMAT_IEEEFP ? 0 : l.bits;
   header.alpha_channel = alpha_of(l);
+  header.guesses_alpha = l.extra.empty();
   header.type = l.format == SAMPLEFORMAT_IEEEFP ? SampleType::f32 : l.bits == 16 ? SampleType::u16 : SampleType::u8;
   header.colors = l.colors() == 3 || l.channels == 1 || (l.channels == 2 && header.alpha_channel >= 0);
   read_band_tags(*tiff, header);
