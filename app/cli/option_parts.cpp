@@ -99,20 +99,20 @@ void add_bands(CLI::App& app, SceneInput& input) {
   };
   app.add_option_function<std::vector<std::string>>(
          "--bands", take,
-         "Take the photos' band NAME from the files in DIR that are called like the photos; once for each band. They "
-         "are "
-         "registered to the photos by what they show. none: a file holds all bands of its photo")
+         "Take the photos' band NAME from the files in DIR that are called like the photos; once for each band. What "
+         "they "
+         "show registers them to the photos. none: each photo's file holds all of its bands")
       ->type_name("NAME=DIR")
       ->default_str("files beside the photos that are called like them but for a band, as cameras name them")
       ->allow_extra_args(false)
       ->group(pipeline::kInput);
   group
       .add("--composite", input.composite, "R,G,B",
-           "Bands that are looked at as red, green and blue, by name or number, or one as grey; photos of more than 8 "
-           "bits "
-           "or more than three channels")
+           "Bands that are looked at as red, green and blue, by name or number, or one as grey, of photos that hold "
+           "more "
+           "than colours of 8 bits")
       ->delimiter(',')
-      ->default_str("bands called red, green, blue; else near infrared, red, green; else the first")
+      ->default_str("bands called red, green, blue; else near infrared, red, green; else the first three")
       ->allow_extra_args(false);
 }
 

@@ -47,7 +47,7 @@ std::vector<Band> bands_of_file(const PhotoHeader& header, std::size_t bands, st
   constexpr std::array<const char*, 3> kColors{"Red", "Green", "Blue"};
   for (std::size_t i = 0; i < bands; ++i)
     if (named[i].name.empty())
-      named[i].name = header.colors && bands >= kColors.size() && i < kColors.size()
+      named[i].name = (header.colors ? bands >= kColors.size() : bands == kColors.size()) && i < kColors.size()
                           ? kColors[i]
                           : "B" + std::to_string(first + i + 1);
   return named;
@@ -69,7 +69,7 @@ std::array<std::size_t, 3> usual_composite(std::span<const Band> bands) {
              infrared = infrared_of(bands);
   if (red && green && blue) return {*red, *green, *blue};
   if (infrared && red && green) return {*infrared, *red, *green};
-  return {0, 0, 0};
+  return bands.size() < 3 ? std::array<std::size_t, 3>{0, 0, 0} : std::array<std::size_t, 3>{0, 1, 2};
 }
 
 std::array<std::size_t, 3> composite_of_names(const std::filesystem::path& source, std::span<const std::string> wanted,

@@ -13,14 +13,16 @@
 
 namespace gpvc::io {
 
-/// The bands of a photo's file, without its alpha: named by its tags; else Red, Green, Blue where the file says that it holds colours;
+/// The bands of a photo's file, without its alpha: named by its tags; else Red, Green, Blue where the file says that it holds colours, or
+/// holds three (GDAL writes colours of 16 bits like that);
 /// else B1, B2, from `first` + 1 on.
 std::vector<Band> bands_of_file(const PhotoHeader& header, std::size_t bands, std::size_t first);
 
 /// Makes names unique: a second "Red" becomes "Red 2".
 void make_unique(std::vector<Band>& bands);
 
-/// The bands that are looked at as red, green and blue: those called so; else near infrared, red, green; else the first one, as grey.
+/// The bands that are looked at as red, green and blue: those called so; else near infrared, red, green; else the first three, or the first
+/// one as grey.
 std::array<std::size_t, 3> usual_composite(std::span<const Band> bands);
 
 /// By names, in any case of letters, or numbers from 1 on; one for grey. Throws InputError, which names `source`.

@@ -138,7 +138,7 @@ TEST(Bands, ReflectancesKeepTheirNumbersAndLoseWhatIsNone) {
   scene.write_all(samples);
   const Scene read = scene.read();
   EXPECT_EQ(names_of(read), "B1,B2,B3,B4,B5");
-  EXPECT_EQ(read.bands->composite, (std::array<std::size_t, 3>{0, 0, 0}));
+  EXPECT_EQ(read.bands->composite, (std::array<std::size_t, 3>{0, 1, 2}));
   EXPECT_TRUE(read.bands->radiometric);
   PhotoCache cache(read, 0);
   const auto stored = cache.samples(ViewId{0});
