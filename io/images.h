@@ -62,6 +62,10 @@ inline constexpr int kMostWebpEdge = 16383;
 void write_image(const std::filesystem::path& file, const Image& image, ImageFormat format, int quality,
                  const ColorProfile& profile = {});
 
+/// What a file's samples are by its header and tags alone, whose bands are an alpha's as well; nothing of BandSet that photos have
+/// in common. Throws InputError.
+BandSet read_band_set(const std::filesystem::path& file);
+
 /// A TIFF with the bands of each pixel together, in deflate and without loss; names, wavelengths and units of the bands are where GDAL
 /// reads them. `mask`: per pixel, 0 where it has no value; becomes the file's own mask. Empty: none. BigTIFF where it is larger than
 /// 4 GB. Throws OutputError.

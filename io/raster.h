@@ -61,7 +61,7 @@ class RasterWriter {
   /// here
   void write_rows(int first_row, int rows, const std::uint8_t* samples, const std::uint8_t* mask = nullptr);
   void write_rows(int first_row, int rows, const std::uint32_t* samples);
-  void write_rows(int first_row, int rows, const float* samples);
+  void write_rows(int first_row, int rows, const float* samples, const std::uint8_t* mask = nullptr);
 
   /// Writes overviews and the file. `progress`: in hundredths.
   void finish(const Progress& progress = {});

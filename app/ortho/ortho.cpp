@@ -68,8 +68,8 @@ io::RasterInfo raster_info(const Grid& grid, const Frame& frame) {
 // The files, which take rows and are complete after finish().
 class OrthoFiles {
  public:
-  OrthoFiles(const Surface& surface, const Grid& grid, const Frame& frame, const OrthoSettings& settings,
-             pipeline::OutputFolder& folder) {
+  OrthoFiles(const Surface& surface, const std::optional<BandSet>& bands, const Grid& grid, const Frame& frame,
+             const OrthoSettings& settings, pipeline::OutputFolder& folder) {
     io::RasterInfo colors = raster_info(grid, frame);
     colors.bands = {"red", "green", "blue"};
     colors.mask = true;
@@ -83,6 +83,19 @@ class OrthoFiles {
     heights.nodata = kNoHeight;
     heights.compression = lossless ? settings.compress : io::RasterCompression::deflate;
     heights_.emplace(folder.file(kHeightFile), heights);
+    if (bands) {
+      io::RasterInfo samples = raster_info(grid, frame);
+      for (const Band& band : bands->bands) {
+        samples.bands.push_back(band.name);
+        if (band.wavelength_nm)
+          samples.metadata.emplace_back("WAVELENGTH_NM_" + band.name, fmt::to_string(*band.wavelength_nm));
+        if (!band.unit.empty()) samples.metadata.emplace_back("UNIT_" + band.name, band.unit);
+      }
+      samples.type = bands->type;
+      samples.mask = true;
+      samples.compression = heights.compression;
+      bands_.emplace(folder.file(kBandsFile), samples);
+    }
     if (surface.photo.empty()) return;
     io::RasterInfo photos = heights;
     photos.bands = {"photo"};
@@ -99,20 +112,23 @@ class OrthoFiles {
     const int count = static_cast<int>(rows.mask.size() / static_cast<std::size_t>(rows.width));
     colors_->write_rows(rows.first, count, rows.rgb.data(), rows.mask.data());
     heights_->write_rows(rows.first, count, rows.height.data());
+    if (bands_) bands_->write_rows(rows.first, count, rows.samples.data(), rows.mask.data());
     if (photos_) photos_->write_rows(rows.first, count, rows.photo.data());
   }
   void finish(const Progress& progress) {
-    const std::size_t files = photos_ ? 3 : 2;
-    colors_->finish(results::part_of(progress, 0, 100 * files));
-    colors_.reset();
-    heights_->finish(results::part_of(progress, 100, 100 * files));
-    heights_.reset();
-    if (photos_) photos_->finish(results::part_of(progress, 200, 100 * files));
-    photos_.reset();
+    const std::array files{&colors_, &heights_, &bands_, &photos_};
+    const auto count =
+        static_cast<std::size_t>(std::ranges::count_if(files, [](const auto* file) { return file->has_value(); }));
+    std::size_t done = 0;
+    for (std::optional<io::RasterWriter>* file : files) {
+      if (!*file) continue;
+      (*file)->finish(results::part_of(progress, 100 * done++, 100 * count));
+      file->reset();
+    }
   }
 
  private:
-  std::optional<io::RasterWriter> colors_, heights_, photos_;
+  std::optional<io::RasterWriter> colors_, heights_, bands_, photos_;
 };
 
 std::string quoted(const std::string& name) {
@@ -129,8 +145,9 @@ void write_photo_list(const std::vector<std::string>& names, const std::filesyst
 }
 
 // Bytes of the rows before they are compressed.
-double raw_bytes(const Grid& grid, bool with_photos) {
-  return (3 + 4 + (with_photos ? 2.0 : 0.0)) * grid.width * grid.height;
+double raw_bytes(const Grid& grid, const std::optional<BandSet>& bands, bool with_photos) {
+  const double of_bands = bands ? static_cast<double>(bands->pixel_bytes()) : 0;
+  return (3 + 4 + of_bands + (with_photos ? 2.0 : 0.0)) * grid.width * grid.height;
 }
 
 }  // namespace
@@ -141,12 +158,13 @@ void write_ortho(const Surface& surface, const PageStore& pages, const Frame& fr
   observer.note(fmt::format("an orthophoto of {} x {} pixels of {} units, {} samples each; {}", grid.width, grid.height,
                             grid.gsd, grid.samples * grid.samples, frame.name));
   const bool with_photos = !surface.photo.empty();
-  folder.expect_space(0.1 * raw_bytes(grid, with_photos), 1.5 * raw_bytes(grid, with_photos), observer);
+  const double raw = raw_bytes(grid, pages.bands(), with_photos);
+  folder.expect_space(0.1 * raw, 1.5 * raw, observer);
   const std::vector<PlanPoint> plan = plan_points(surface, grid);
   const Drawing drawing{surface, pages, grid, plan};
   const Tiles tiles(grid, settings.tile_samples);
   const Grouped<std::uint32_t> faces = faces_of_tiles(drawing, tiles);
-  OrthoFiles files(surface, grid, frame, settings, folder);
+  OrthoFiles files(surface, pages.bands(), grid, frame, settings, folder);
   if (with_photos && !surface.photos.empty()) write_photo_list(surface.photos, folder.file(kPhotoListFile));
 
   observer.begin({"draw", "rows"});
@@ -155,7 +173,7 @@ void write_ortho(const Surface& surface, const PageStore& pages, const Frame& fr
   std::size_t shown = 0;
   for (int first = 0; first < grid.height; first += kRows) {
     const int end = std::min(first + kRows, grid.height);
-    rows.reset(first, end - first, grid.width);
+    rows.reset(first, end - first, grid.width, pages.bands() ? pages.bands()->bands.size() : 0);
     const std::size_t begin_tile = tiles.number(0, first / tiles.edge);
     const std::size_t end_tile = tiles.number(0, (end + tiles.edge - 1) / tiles.edge);
     tbb::parallel_for(begin_tile, end_tile, [&](std::size_t tile) {

@@ -13,6 +13,7 @@
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "io/freed_memory.h"
+#include "io/images.h"
 #include "io/mesh.h"
 #include "io/npy.h"
 #include "io/paths.h"
@@ -85,6 +86,17 @@ void read_labels(const fs::path& folder, atlas::UnseenFaces unseen, Surface& sur
     surface.photo.push_back(label < 0 ? kNoPhoto : static_cast<std::uint32_t>(label));
 }
 
+// The samples beside a model's pages, as gpvc writes them; none where the photos had none, or where they are not those of the pages.
+void read_samples(const fs::path& folder, std::size_t first_page, PageStore& pages) {
+  for (std::size_t page = first_page; page < pages.size(); ++page) {
+    const fs::path file = folder / pipeline::samples_name(page - first_page);
+    if (!io::is_file(file)) return;
+    Samples samples = io::read_samples(file);
+    if (samples.width != pages[page].width || samples.height != pages[page].height) return;
+    pages.take_samples(page, {std::move(samples), {}}, io::read_band_set(file));
+  }
+}
+
 // Adds a model whose pages begin at `first_page`, in coordinates less the offset of the first.
 void append(const fs::path& file, io::LoadedModel&& more, std::size_t first_page, Surface& all) {
   constexpr std::size_t kMost = 0xFFFFFFFFU;
@@ -125,6 +137,7 @@ Surface read_surface(const std::vector<fs::path>& models, atlas::UnseenFaces uns
     const std::size_t first = pages.size();
     io::LoadedModel more = io::read_textured_model(
         file, [&](std::size_t number, Image page) { pages.take_page(first + number, std::move(page)); });
+    read_samples(file.parent_path(), first, pages);
     if (&file != &models.front()) {
       append(file, std::move(more), first, surface);
       continue;

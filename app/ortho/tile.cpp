@@ -109,14 +109,13 @@ class ShownFace {
       v_[i] = double{at.v} * page_.height;
     }
   }
-  std::array<float, 3> color_at(std::int64_t column, std::int64_t row) const {
+  const StoredPage& page() const { return page_; }
+  /// The place of a sample on the page, in texels.
+  std::array<double, 2> place_of(std::int64_t column, std::int64_t row) const {
     const auto [a, b, c] = weights_.at(column, row);
-    double u = a * u_[0] + b * u_[1] + c * u_[2], v = a * v_[0] + b * v_[1] + c * v_[2];
-    if (repeats_) {
-      u = page_.width * repeated(u / page_.width);
-      v = page_.height * repeated(v / page_.height);
-    }
-    return page_.at(u, v);
+    const double u = a * u_[0] + b * u_[1] + c * u_[2], v = a * v_[0] + b * v_[1] + c * v_[2];
+    if (!repeats_) return {u, v};
+    return {page_.width * repeated(u / page_.width), page_.height * repeated(v / page_.height)};
   }
 
  private:
@@ -130,7 +129,7 @@ class ShownFace {
 
 }  // namespace
 
-void Rows::reset(int first_row, int rows, int row_width) {
+void Rows::reset(int first_row, int rows, int row_width, std::size_t band_count) {
   first = first_row;
   width = row_width;
   const std::size_t pixels = pixel_index(0, rows, row_width);
@@ -138,6 +137,8 @@ void Rows::reset(int first_row, int rows, int row_width) {
   mask.assign(pixels, 0);
   photo.assign(pixels, kNoPhoto);
   height.assign(pixels, kNoHeight);
+  bands = band_count;
+  samples.assign(bands * pixels, 0);
 }
 
 std::vector<PlanPoint> plan_points(const Surface& surface, const Grid& grid) {
@@ -155,7 +156,8 @@ std::vector<PlanPoint> plan_points(const Surface& surface, const Grid& grid) {
   return points;
 }
 
-TileRenderer::TileRenderer(const Drawing& drawing) : of_(drawing) {
+TileRenderer::TileRenderer(const Drawing& drawing)
+    : of_(drawing), bands_(drawing.pages.bands() ? drawing.pages.bands()->bands.size() : 0) {
   const int n = of_.grid.samples, middle = n / 2;
   for (int y = 0; y < n; ++y)
     for (int x = 0; x < n; ++x) from_middle_.push_back({x, y});
@@ -200,6 +202,7 @@ void TileRenderer::draw_face(std::uint32_t face) {
 void TileRenderer::add_colors() {
   const int n = of_.grid.samples, width = box_.x1 - box_.x0;
   pixels_.assign(pixel_index(0, box_.y1 - box_.y0, width), {});
+  band_sums_.assign(bands_ * pixels_.size(), 0);
   ShownFace shown(of_);
   for (int row = 0; row < rows_; ++row) {
     const Sample* sample = samples_.data() + sample_index(0, row);
@@ -214,7 +217,12 @@ void TileRenderer::add_colors() {
         if (of_.surface.kind[sample->face] != FaceKind::textured) continue;
         ++sum.textured;
         shown.take(sample->face);
-        const std::array<float, 3> color = shown.color_at(x, y);
+        const auto [u, v] = shown.place_of(x, y);
+        const std::array<float, 3> color = shown.page().at(u, v);
+        if (bands_ > 0) {
+          const auto number = static_cast<std::size_t>(pixel - pixels_.data());
+          of_.pages.add_samples(shown.page(), u, v, std::span(band_sums_).subspan(bands_ * number, bands_));
+        }
         for (std::size_t c = 0; c < 3; ++c) sum.color[c] += color[c];
       }
       for (std::size_t c = 0; c < 3; ++c) pixel->color[c] += sum.color[c];
@@ -228,7 +236,8 @@ void TileRenderer::write_pixels(Rows& rows) const {
   const int n = of_.grid.samples, width = box_.x1 - box_.x0;
   for (int y = box_.y0; y < box_.y1; ++y)
     for (int x = box_.x0; x < box_.x1; ++x) {
-      const Pixel& pixel = pixels_[pixel_index(x - box_.x0, y - box_.y0, width)];
+      const std::size_t number = pixel_index(x - box_.x0, y - box_.y0, width);
+      const Pixel& pixel = pixels_[number];
       const bool is_shown = 2 * pixel.textured >= n * n, is_covered = 2 * pixel.covered >= n * n;
       if (!is_shown && !is_covered) continue;
       const std::size_t at = pixel_index(x, y - rows.first, rows.width);
@@ -245,6 +254,8 @@ void TileRenderer::write_pixels(Rows& rows) const {
       rows.mask[at] = 255;
       for (std::size_t i = 0; i < 3; ++i)
         rows.rgb[3 * at + i] = static_cast<std::uint8_t>(pixel.color[i] / static_cast<float>(pixel.textured) + 0.5f);
+      for (std::size_t b = 0; b < bands_; ++b)
+        rows.samples[bands_ * at + b] = band_sums_[bands_ * number + b] / static_cast<float>(pixel.textured);
       if (!of_.surface.photo.empty()) rows.photo[at] = of_.surface.photo[next_to_middle(true).face];
     }
 }

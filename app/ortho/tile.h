@@ -26,7 +26,10 @@ struct Rows {
   std::vector<float>
       height;  ///< of the sample next to the pixel's middle; kNoHeight where the mesh covers less than half of it
 
-  void reset(int first_row, int rows, int row_width);
+  std::size_t bands = 0;       ///< of the pages' samples; 0: they have none
+  std::vector<float> samples;  ///< of each pixel and band the mean, as `rgb`; 0 where the mask is 0
+
+  void reset(int first_row, int rows, int row_width, std::size_t band_count);
 };
 
 /// Vertices on the plane of the picture, in sixteenths of the samples' distance, y down.
@@ -76,6 +79,8 @@ class TileRenderer {
     int textured, covered;  ///< samples
   };
   std::vector<Pixel> pixels_;
+  std::size_t bands_;
+  std::vector<float> band_sums_;  ///< per pixel and band, of the textured samples
 };
 
 }  // namespace gpvc::ortho

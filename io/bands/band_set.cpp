@@ -284,4 +284,14 @@ void find_bands(SceneFile& scene, const std::vector<bool>& needed, const SceneOp
     throw InputError(scene.listing, "", "has photos in grey or RGB of 8 bits alone, which need no composite");
 }
 
+BandSet read_band_set(const std::filesystem::path& file) {
+  const PhotoHeader header = read_photo_header(file);
+  BandSet set;
+  set.type = header.type;
+  set.bands = bands_of_file(header, static_cast<std::size_t>(header.channels), 0);
+  set.composite = usual_composite(set.bands);
+  set.radiometric = holds_quantities(set);
+  return set;
+}
+
 }  // namespace gpvc::io

@@ -48,8 +48,8 @@ void RasterWriter::write_rows(int first_row, int rows, const std::uint8_t* sampl
 void RasterWriter::write_rows(int first_row, int rows, const std::uint32_t* samples) {
   write(first_row, rows, SampleType::u32, samples, nullptr);
 }
-void RasterWriter::write_rows(int first_row, int rows, const float* samples) {
-  write(first_row, rows, SampleType::f32, samples, nullptr);
+void RasterWriter::write_rows(int first_row, int rows, const float* samples, const std::uint8_t* mask) {
+  write(first_row, rows, SampleType::f32, samples, mask);
 }
 
 void RasterWriter::finish(const Progress& progress) {
