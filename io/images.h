@@ -66,6 +66,9 @@ void write_image(const std::filesystem::path& file, const Image& image, ImageFor
 /// in common. Throws InputError.
 BandSet read_band_set(const std::filesystem::path& file);
 
+/// What is looked at of samples: the composite's bands, black to white as 0 to 255. 3 channels. O(pixels).
+Image picture_of(const Samples& samples, const BandSet& bands);
+
 /// A TIFF with the bands of each pixel together, in deflate and without loss; names, wavelengths and units of the bands are where GDAL
 /// reads them. `mask`: per pixel, 0 where it has no value; becomes the file's own mask. Empty: none. BigTIFF where it is larger than
 /// 4 GB. Throws OutputError.

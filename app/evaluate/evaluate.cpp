@@ -6,7 +6,9 @@
 #include <algorithm>
 
 #include "app/checks/mesh_frame.h"
+#include "app/evaluate/bands.h"
 #include "app/evaluate/score_picture.h"
+#include "app/results/observer.h"
 #include "io/vector.h"
 
 namespace gpvc::evaluate {
@@ -49,6 +51,7 @@ Remark place_model(const fs::path& file, const fs::path& mesh_file, const std::s
 Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io::LoadedModel& loaded,
                           const EvaluateOptions& options, const Progress& progress) {
   const io::TexturedModel& model = loaded.model;
+  const std::size_t passes = 1 + (scene.bands ? scene.bands->bands.size() : 0), steps = passes * scene.views.size();
   if (options.out) {
     std::error_code failed;
     fs::create_directories(*options.out, failed);
@@ -67,12 +70,15 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io:
     evaluation.views.push_back({view.name, result.score});
     scores.push_back(result.score);
     if (options.out) write_picture(*options.out, view.name, result, options.reduction);
-    progress(v + 1, scene.views.size());
+    progress(v + 1, steps);
   }
   evaluation.mean = mean_score(scores);
   if (evaluation.mean.windows == 0) throw InputError(options.model, "", kNothingToCompare);
+  evaluation.bands =
+      evaluate_bands(scene, photos, loaded, options, results::part_of(progress, scene.views.size(), steps));
   if (options.out) {
     Json report{{"mean", score_json(evaluation.mean)}};
+    if (!evaluation.bands.empty()) report["bands"] = bands_json(evaluation.bands);
     for (const ViewScore& view : evaluation.views) report["views"][view.view] = score_json(view.score);
     write_json(*options.out / "evaluate.json", report);
   }
@@ -93,7 +99,7 @@ std::string evaluation_table(const Evaluation& evaluation) {
         s.color_error_95);
   };
   for (const ViewScore& view : evaluation.views) table += line(view.view, view.score);
-  return table + line("mean", evaluation.mean);
+  return table + line("mean", evaluation.mean) + bands_table(evaluation.bands);
 }
 
 }  // namespace gpvc::evaluate

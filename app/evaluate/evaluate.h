@@ -28,9 +28,16 @@ struct ViewScore {
   RephotographyScore score;
 };
 
+struct BandScore {
+  std::string band;
+  RephotographyScore mean;  ///< over the views, of the band as a grey picture in the range of what is looked at
+  double rms = 0;           ///< of the differences from the photos, in the band's unit, without a gain
+};
+
 struct Evaluation {
   std::vector<ViewScore> views;
   RephotographyScore mean;
+  std::vector<BandScore> bands{};  ///< none where the photos, or the model's pages, have no samples
 };
 
 /// Renders the model from every view of `scene` and compares the renders with the photos. Views without a comparable

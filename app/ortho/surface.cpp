@@ -86,14 +86,13 @@ void read_labels(const fs::path& folder, atlas::UnseenFaces unseen, Surface& sur
     surface.photo.push_back(label < 0 ? kNoPhoto : static_cast<std::uint32_t>(label));
 }
 
-// The samples beside a model's pages, as gpvc writes them; none where the photos had none, or where they are not those of the pages.
+// The samples beside a model's pages.
 void read_samples(const fs::path& folder, std::size_t first_page, PageStore& pages) {
   for (std::size_t page = first_page; page < pages.size(); ++page) {
-    const fs::path file = folder / pipeline::samples_name(page - first_page);
-    if (!io::is_file(file)) return;
-    Samples samples = io::read_samples(file);
-    if (samples.width != pages[page].width || samples.height != pages[page].height) return;
-    pages.take_samples(page, {std::move(samples), {}}, io::read_band_set(file));
+    const std::size_t number = page - first_page;
+    std::optional<Samples> samples = pipeline::samples_beside(folder, number, pages[page].width, pages[page].height);
+    if (!samples) return;
+    pages.take_samples(page, {std::move(*samples), {}}, io::read_band_set(folder / pipeline::samples_name(number)));
   }
 }
 

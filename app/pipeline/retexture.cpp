@@ -112,12 +112,12 @@ struct PagesBeside {
 };
 
 /// The samples of an earlier page. Throws InputError where they are not those of this page.
-Samples read_page_samples(const fs::path& file, const BandSet& bands, const Image& page) {
-  Samples samples = io::read_samples(file);
-  if (samples.width != page.width || samples.height != page.height || samples.bands != bands.bands.size() ||
-      samples.type != bands.type)
-    throw InputError(file, "", "is not what was written there with its page", {Cure::make_editable});
-  return samples;
+Samples earlier_samples(const fs::path& from, std::size_t number, const BandSet& bands, const Image& page) {
+  std::optional<Samples> samples = samples_beside(from, number, page.width, page.height);
+  if (!samples || samples->bands != bands.bands.size() || samples->type != bands.type)
+    throw InputError(from / samples_name(number), "", "is not what was written there with its page",
+                     {Cure::make_editable});
+  return std::move(*samples);
 }
 
 /// Copies the pages that are kept, and returns those whose colours the new charts need.
@@ -136,9 +136,8 @@ PagesBeside keep_pages(const fs::path& from, const Input& input, const EditModel
                        fmt::format("expected the page of {} x {} texels that was written there, found {} x {}",
                                    before.page_sizes[p][0], before.page_sizes[p][1], page.width, page.height));
     if (input.scene.bands) {
-      const fs::path samples = from / samples_name(p);
-      if (needed[p] != 0) pages.samples[p] = read_page_samples(samples, *input.scene.bands, page);
-      files.keep_samples(change.page_number[p], samples);
+      if (needed[p] != 0) pages.samples[p] = earlier_samples(from, p, *input.scene.bands, page);
+      files.keep_samples(change.page_number[p], from / samples_name(p));
     }
     files.keep_page(change.page_number[p], file, page);
     if (needed[p] != 0) pages.images[p] = std::move(page);

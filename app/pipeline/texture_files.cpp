@@ -171,6 +171,13 @@ std::string page_name(std::size_t number, io::ImageFormat format) {
 
 std::string samples_name(std::size_t number) { return fmt::format("model_{}.tif", number); }
 
+std::optional<Samples> samples_beside(const fs::path& folder, std::size_t number, int width, int height) {
+  const fs::path file = folder / samples_name(number);
+  if (!io::is_file(file)) return std::nullopt;
+  Samples samples = io::read_samples(file);
+  return samples.width == width && samples.height == height ? std::optional(std::move(samples)) : std::nullopt;
+}
+
 FileSizes predicted_sizes(const Input& input, const Settings& settings, double texels) {
   const auto faces = static_cast<double>(input.mesh.faces.size());
   const auto vertices = static_cast<double>(input.mesh.positions.size());

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <filesystem>
 #include <future>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,10 @@ enum class Coordinates { of_mesh_file, of_scene };
 
 /// The file of its samples, where photos have bands.
 std::string samples_name(std::size_t number);
+
+/// The samples of a page in a result's folder; nullopt where there are none, or not of the page's size: then they are another
+/// program's. Throws InputError.
+std::optional<Samples> samples_beside(const std::filesystem::path& folder, std::size_t number, int width, int height);
 
 /// How the result's files write coordinates.
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,

@@ -375,8 +375,9 @@ void bake_photos(AtlasBuild& build, const PageRange& plain, std::span<PartialCha
   };
   const bool has_bands = build.painting.bands != nullptr;
   const auto fetch = [&](ViewId id) {
-    Fetched fetched{build.input.photos.photo(id), nullptr};
-    if (has_bands) fetched.samples = build.input.photos.samples(id);
+    Fetched fetched;
+    if (has_bands) fetched.samples = build.input.photos.samples(id);  // with the picture from one decoding
+    fetched.image = build.input.photos.photo(id);
     return fetched;
   };
   each_fetched(work, order, fetch, [&](ViewId id, Fetched& fetched, const std::vector<PhotoUse>& mine) {

@@ -1,9 +1,10 @@
 #include "atlas/leveling/band_gains.h"
 
+#include <algorithm>
 #include <memory>
-#include <utility>
 
 #include "atlas/baking/layers.h"
+#include "io/images.h"
 
 namespace gpvc::atlas {
 namespace {
@@ -11,25 +12,18 @@ namespace {
 /// Photos as pictures of three of their bands.
 class BandPictures final : public io::PhotoSource {
  public:
-  BandPictures(io::PhotoSource& photos, const BandSet& bands, std::size_t layer)
-      : photos_(photos), bands_(bands), layer_(layer) {}
+  BandPictures(io::PhotoSource& photos, const BandSet& bands, std::size_t layer) : photos_(photos), bands_(bands) {
+    for (std::size_t c = 0; c < 3; ++c) bands_.composite[c] = std::min(first_band(layer) + c, bands.bands.size() - 1);
+  }
 
   std::shared_ptr<const Image> photo(ViewId view) override {
-    const std::shared_ptr<const Samples> samples = photos_.samples(view);
-    const Layer layer = layer_of({}, samples.get(), layer_);
-    Image picture{layer.width, layer.height, 3, {}};
-    picture.pixels.resize(3 * pixel_index(0, layer.height, layer.width));
-    const auto black = static_cast<float>(bands_.black), level = static_cast<float>(1 / bands_.units_per_level());
-    for (std::size_t i = 0; 3 * i < picture.pixels.size(); ++i)
-      store(&picture.pixels[3 * i], level * (layer.at(i) - Color{black, black, black}));
-    return std::make_shared<const Image>(std::move(picture));
+    return std::make_shared<const Image>(io::picture_of(*photos_.samples(view), bands_));
   }
   std::shared_ptr<const io::PhotoExclusion> exclusion(ViewId view) override { return photos_.exclusion(view); }
 
  private:
   io::PhotoSource& photos_;
-  const BandSet& bands_;
-  std::size_t layer_;
+  BandSet bands_;
 };
 
 }  // namespace

@@ -275,6 +275,8 @@ Image composite_of(const Samples& samples, const BandSet& bands, bool linear_lig
   return image;
 }
 
+Image picture_of(const Samples& samples, const BandSet& bands) { return composite_of(samples, bands, false, new_room); }
+
 Samples reduce_samples(const Samples& samples, int factor) {
   Samples out = samples_of(samples.width / factor, samples.height / factor, samples.bands, samples.type);
   const std::size_t size = bytes_of(samples.type), bands = samples.bands;

@@ -107,6 +107,52 @@ Extent extent_in_row(const RasterFile& raster, int row, int band) {
   return extent;
 }
 
+/// A page of 4 x 4 texels in one colour whose samples are the numbers of their band, thousands of 16 bits.
+void take_banded_page(ortho::PageStore& pages, float first) {
+  const std::size_t number = pages.size();
+  BandSet set;
+  for (const char* name : {"Blue", "Green", "Red", "NIR"}) set.bands.push_back({name, {}, {}});
+  Samples samples{4, 4, 4, SampleType::u16, {}};
+  samples.bytes.resize(samples.pixel_bytes() * 16);
+  for (std::size_t i = 0; i < 16; ++i)
+    for (std::size_t b = 0; b < 4; ++b)
+      store_sample(samples.bytes.data() + 8 * i + 2 * b, SampleType::u16, first + 1000 * static_cast<float>(b));
+  pages.take_samples(number, {std::move(samples), {}}, set);
+  Image image{4, 4, 3, std::vector<std::uint8_t>(48, 100)};
+  pages.take_page(number, std::move(image));
+}
+
+TEST_F(Ortho, ShowsAllBandsOfPagesThatHaveThem) {
+  take_banded_page(model_.pages, 100);
+  take_banded_page(model_.pages, 20000);
+  model_.level(0, 0, 10, 10, 0, 0);
+  model_.level(4, 4, 8, 8, 3, 1, FaceKind::textured, 1);
+  const fs::path out = draw(with_gsd(0.5));
+  const RasterFile bands = read_raster(out / "ortho_bands.tif"), colors = read_raster(out / "ortho.tif");
+  ASSERT_EQ(bands.bands, 4);
+  EXPECT_EQ(bands.type, "UInt16");
+  EXPECT_EQ(bands.names, (std::vector<std::string>{"Blue", "Green", "Red", "NIR"}));
+  EXPECT_EQ(bands.place, colors.place);
+  EXPECT_EQ(bands.mask, colors.mask);
+  const auto [roof_x, roof_y] = bands.pixel_of(6, 6);
+  const auto [ground_x, ground_y] = bands.pixel_of(1.25, 1.25);
+  for (int b = 0; b < 4; ++b) {
+    EXPECT_EQ(bands.at(roof_x, roof_y, b), 20000 + 1000 * b);
+    EXPECT_EQ(bands.at(ground_x, ground_y, b), 100 + 1000 * b);
+  }
+}
+
+// A model of which one page has no samples has no bands that could be shown.
+TEST_F(Ortho, HasNoBandsWhereAPageHasNone) {
+  take_banded_page(model_.pages, 100);
+  const std::uint32_t plain = model_.page(kRed);
+  model_.level(0, 0, 10, 10, 0, 0);
+  model_.level(4, 4, 8, 8, 3, plain, FaceKind::textured, 1);
+  const fs::path out = draw(with_gsd(0.5));
+  EXPECT_TRUE(fs::exists(out / "ortho.tif"));
+  EXPECT_FALSE(fs::exists(out / "ortho_bands.tif"));
+}
+
 TEST_F(Ortho, RoofsLieWhereTheyStandAndWallsDoNotShow) {
   const std::uint32_t ground = model_.page(kGreen), roof = model_.page(kRed), wall = model_.page(kBlue);
   model_.level(0, 0, 20, 20, 0, ground, FaceKind::textured, 0);

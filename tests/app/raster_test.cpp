@@ -5,6 +5,7 @@
 
 #include <numeric>
 
+#include "io/images.h"
 #include "io/reference_system.h"
 #include "tests/support/errors.h"
 #include "tests/support/raster_file.h"
@@ -53,6 +54,41 @@ TEST(Raster, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.mask, mask);
   ASSERT_EQ(read.values.size(), rgb.size());
   EXPECT_TRUE(std::equal(rgb.begin(), rgb.end(), read.values.begin()));
+}
+
+// Pages' samples are no georeferenced raster, but GDAL knows their bands and which texels have a value.
+TEST(Raster, PagesOfSamplesAreKnownToGdal) {
+  const TemporaryFolder folder;
+  Samples samples{300, 200, 5, SampleType::u16, {}};
+  samples.bytes.resize(samples.pixel_bytes() * 300 * 200);
+  std::vector<std::uint8_t> mask(300 * 200);
+  BandSet set;
+  for (std::size_t b = 0; b < 5; ++b) set.bands.push_back({"Band " + std::to_string(b + 1), {}, "reflectance"});
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 300; ++x) {
+      for (std::size_t b = 0; b < 5; ++b)
+        store_sample(samples.at(x, y) + 2 * b, SampleType::u16, static_cast<float>(x * 200 + y + static_cast<int>(b)));
+      mask[pixel_index(x, y, 300)] = (x / 3 + y / 5) % 2 == 0 ? 255 : 0;
+    }
+  io::write_samples(folder.path() / "model_0.tif", samples, set, mask);
+  GDALAllRegister();
+  const GDALDatasetH dataset = GDALOpen((folder.path() / "model_0.tif").c_str(), GA_ReadOnly);
+  ASSERT_NE(dataset, nullptr);
+  ASSERT_EQ(GDALGetRasterCount(dataset), 5);
+  const GDALRasterBandH last = GDALGetRasterBand(dataset, 5);
+  EXPECT_EQ(GDALGetRasterDataType(last), GDT_UInt16);
+  EXPECT_STREQ(GDALGetDescription(last), "Band 5");
+  EXPECT_STREQ(GDALGetRasterUnitType(last), "reflectance");
+  EXPECT_EQ(GDALGetMaskFlags(last), GMF_PER_DATASET);
+  std::vector<std::uint16_t> values(300 * 200);
+  std::vector<std::uint8_t> shown(300 * 200);
+  ASSERT_EQ(GDALRasterIO(last, GF_Read, 0, 0, 300, 200, values.data(), 300, 200, GDT_UInt16, 0, 0), CE_None);
+  ASSERT_EQ(GDALRasterIO(GDALGetMaskBand(last), GF_Read, 0, 0, 300, 200, shown.data(), 300, 200, GDT_Byte, 0, 0),
+            CE_None);
+  GDALClose(dataset);
+  EXPECT_EQ(shown, mask);
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 300; ++x) ASSERT_EQ(values[pixel_index(x, y, 300)], x * 200 + y + 4);
 }
 
 TEST(Raster, NumbersAreClampedToTheTypeOfTheFile) {

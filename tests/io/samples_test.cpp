@@ -18,6 +18,12 @@ using test::input_error;
 using test::TemporaryFolder;
 using test::TiffLayout;
 
+std::vector<std::uint8_t> every_other_mask(int width, int height) {
+  std::vector<std::uint8_t> mask(pixel_index(0, height, width));
+  for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i % 7 < 3 ? 255 : 0;
+  return mask;
+}
+
 /// Samples that all differ, over the whole range of their type.
 Samples noise(int width, int height, std::size_t bands, SampleType type) {
   Samples samples{width, height, bands, type, {}};
@@ -30,6 +36,37 @@ Samples noise(int width, int height, std::size_t bands, SampleType type) {
                                          : static_cast<float>(number % 65536) / (type == SampleType::u8 ? 256 : 1));
   }
   return samples;
+}
+
+// Pages' samples: what is written comes back, with what its bands are.
+TEST(Samples, AreReadAsTheyAreWritten) {
+  const TemporaryFolder folder;
+  for (const SampleType type : {SampleType::u8, SampleType::u16, SampleType::f32})
+    for (const std::size_t bands : {1u, 3u, 4u, 5u, 32u}) {
+      const Samples samples = noise(300, 270, bands, type);
+      BandSet set{.type = type};
+      for (std::size_t b = 0; b < bands; ++b) set.bands.push_back({"Band " + std::to_string(b + 1), {}, {}});
+      set.bands[0] = {"A<&>", 717.5, "reflectance"};
+      set.radiometric = bands != 3;
+      const std::vector<std::uint8_t> mask(every_other_mask(300, 270));
+      write_samples(folder.path() / "a.tif", samples, set,
+                    bands == 5 ? std::span<const std::uint8_t>(mask) : std::span<const std::uint8_t>());
+      EXPECT_EQ(folder.count(), 1u);
+      const Samples read = read_samples(folder.path() / "a.tif");
+      EXPECT_EQ(read.bands, bands);
+      EXPECT_EQ(read.type, type);
+      EXPECT_EQ(read.bytes, samples.bytes);
+      const BandSet found = read_band_set(folder.path() / "a.tif");
+      EXPECT_EQ(found.type, type);
+      EXPECT_EQ(found.bands, set.bands);
+    }
+}
+
+TEST(Samples, AreNotWrittenWhereThereIsNoRoom) {
+  const Samples samples = noise(600, 600, 5, SampleType::f32);
+  BandSet set{.type = SampleType::f32, .bands = std::vector<Band>(5, Band{"B", {}, {}})};
+  EXPECT_THROW(write_samples("/dev/full/a.tif", samples, set), OutputError);
+  EXPECT_THROW(write_samples("/nowhere/a.tif", samples, set), OutputError);
 }
 
 TEST(Samples, AreThoseOfTiffsInAllLayouts) {
