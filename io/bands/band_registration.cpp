@@ -55,6 +55,45 @@ struct Window {
   int left, top, right, bottom;
 };
 
+/// Sums over pairs of values, each in so many parts that compilers add side by side.
+class PairSums {
+ public:
+  /// \pre a row is short against the digits of a float
+  void add_row(const float* a, const float* b, int count) {
+    Parts pa{}, pb{}, paa{}, pbb{}, pab{};
+    int x = 0;
+    for (; x + kParts <= count; x += kParts)
+      for (int part = 0; part < kParts; ++part)
+        add(a[x + part], b[x + part], static_cast<std::size_t>(part), pa, pb, paa, pbb, pab);
+    for (; x < count; ++x) add(a[x], b[x], 0, pa, pb, paa, pbb, pab);
+    for (std::size_t part = 0; part < pa.size(); ++part) {
+      a_ += static_cast<double>(pa[part]);
+      b_ += static_cast<double>(pb[part]);
+      aa_ += static_cast<double>(paa[part]);
+      bb_ += static_cast<double>(pbb[part]);
+      ab_ += static_cast<double>(pab[part]);
+    }
+  }
+  /// nullopt where either has one value alone.
+  std::optional<double> correlation(double n) const {
+    const double spread = (aa_ - a_ * a_ / n) * (bb_ - b_ * b_ / n);
+    if (!(spread > 0)) return std::nullopt;
+    return (ab_ - a_ * b_ / n) / std::sqrt(spread);
+  }
+
+ private:
+  static constexpr int kParts = 8;
+  using Parts = std::array<float, kParts>;
+  static void add(float a, float b, std::size_t part, Parts& pa, Parts& pb, Parts& paa, Parts& pbb, Parts& pab) {
+    pa[part] += a;
+    pb[part] += b;
+    paa[part] += a * a;
+    pbb[part] += b * b;
+    pab[part] += a * b;
+  }
+  double a_ = 0, b_ = 0, aa_ = 0, bb_ = 0, ab_ = 0;
+};
+
 /// The correlation of a window with the same one of the other plane, moved; nullopt where either shows nothing.
 std::optional<double> correlation(const Plane& a, const Plane& b, Window w, int right, int down) {
   w.left = std::max({w.left, 0, -right});
@@ -62,23 +101,11 @@ std::optional<double> correlation(const Plane& a, const Plane& b, Window w, int 
   w.right = std::min({w.right, a.width, b.width - right});
   w.bottom = std::min({w.bottom, a.height, b.height - down});
   if (w.left >= w.right || w.top >= w.bottom) return std::nullopt;
-  double sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
-  for (int y = w.top; y < w.bottom; ++y) {
-    const float* row_a = &a.values[pixel_index(w.left, y, a.width)];
-    const float* row_b = &b.values[pixel_index(w.left + right, y + down, b.width)];
-    for (int x = 0; x < w.right - w.left; ++x) {
-      const auto va = static_cast<double>(row_a[x]), vb = static_cast<double>(row_b[x]);
-      sum_a += va;
-      sum_b += vb;
-      sum_aa += va * va;
-      sum_bb += vb * vb;
-      sum_ab += va * vb;
-    }
-  }
-  const double n = static_cast<double>(w.right - w.left) * (w.bottom - w.top);
-  const double spread = (sum_aa - sum_a * sum_a / n) * (sum_bb - sum_b * sum_b / n);
-  if (!(spread > 0)) return std::nullopt;
-  return (sum_ab - sum_a * sum_b / n) / std::sqrt(spread);
+  PairSums sums;
+  for (int y = w.top; y < w.bottom; ++y)
+    sums.add_row(&a.values[pixel_index(w.left, y, a.width)], &b.values[pixel_index(w.left + right, y + down, b.width)],
+                 w.right - w.left);
+  return sums.correlation(static_cast<double>(w.right - w.left) * (w.bottom - w.top));
 }
 
 /// The plane and its halves, quarters and so on, the edges of each.
@@ -93,7 +120,7 @@ std::vector<Plane> edge_pyramid(Plane plane) {
 
 /// All of a plane, or as much about its middle as tells as well.
 Window middle_of(const Plane& plane) {
-  constexpr int kMost = 1000;
+  constexpr int kMost = 512;
   const int width = std::min(plane.width, kMost), height = std::min(plane.height, kMost);
   const int left = (plane.width - width) / 2, top = (plane.height - height) / 2;
   return {left, top, left + width, top + height};
@@ -243,16 +270,18 @@ std::vector<BandMatch> match_bands(const Samples& photo, std::size_t primary, st
     const Window all = middle_of(a[level]);
     shift = best_shift(a[level], b[level], all, {2 * shift.right, 2 * shift.down}, reach);
     // Coarse levels may have lost what the fine ones show; most bands lie near each other.
-    if (const Shift none = best_shift(a[level], b[level], all, {}, 2); none.score > shift.score) shift = none;
+    const bool is_far = std::max(std::abs(shift.right), std::abs(shift.down)) > 2;
+    if (const Shift none = is_far ? best_shift(a[level], b[level], all, {}, 2) : shift; none.score > shift.score)
+      shift = none;
     if (shift.score < 0) return {};
   }
   constexpr int kAcross = 8, kDown = 6;
-  const int edge = std::clamp(std::min(photo.width, photo.height) / 8, 24, 96);
+  const int edge = std::clamp(std::min(photo.width, photo.height) / 8, 24, 64);
   std::vector<BandMatch> matches;
   for (int j = 0; j < kDown; ++j)
     for (int i = 0; i < kAcross; ++i) {
       const int left = (photo.width - edge) * i / (kAcross - 1), top = (photo.height - edge) * j / (kDown - 1);
-      const int turned = 3 + edge / 24;  // px: what a turn and another focal length add far from the middle
+      const int turned = 3 + edge / 16;  // px: what a turn and another focal length add far from the middle
       if (const auto match = match_window(a[0], b[0], {left, top, left + edge, top + edge}, shift, turned))
         matches.push_back(*match);
     }
