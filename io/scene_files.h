@@ -62,7 +62,7 @@ struct SceneOptions {
 /// folder) is or contains. Each of those files states its format's pixel and axis conventions, which are converted to
 /// ours. Checks that every photo exists and that its header has the camera's size, without decoding it: a photo of
 /// another size but the same shape scales its camera. A JPEG or PNG that ends too early is found, too. One error names all
-/// photos that cannot be used. Of wide fisheyes up to three photos of a lens are decoded. A reduced camera is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N,
+/// photos that cannot be used. Of wide fisheyes up to three photos of a lens are decoded, of photos with bands (Scene::bands) up to eight. A reduced camera is width / N, height / N (cut), fx / N, fy / N, cx / N, cy / N,
 /// which is exact in this convention. What was left out or assumed is in Scene::warnings. Equirectangular photos become six views each (is_spherical in scene.h): DIR/STEM.EXT
 /// becomes DIR/STEM/front.EXT, right, back, left, up and down. Wide fisheyes keep their view and get four more that look
 /// aside (Distortion::lens_from_frame): DIR/STEM/right.EXT, left, down and up. Throws InputError.

@@ -11,6 +11,14 @@
 
 namespace gpvc::io {
 
+inline std::size_t pixels_of(const Samples& samples) { return pixel_index(0, samples.height, samples.width); }
+/// All 0.
+inline Samples zero_samples(int width, int height, std::size_t bands, SampleType type) {
+  Samples samples{width, height, bands, type, {}};
+  samples.bytes.resize(pixels_of(samples) * samples.pixel_bytes());
+  return samples;
+}
+
 /// What a file holds beside an alpha.
 struct StoredPhoto {
   Samples samples;  ///< 0 for what is no number

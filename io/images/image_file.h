@@ -79,6 +79,20 @@ inline void exclude(PhotoExclusion& exclusion, std::size_t x, std::size_t y) {
 /// Excludes pixels whose alpha is 0. Throws InputError, also when there is no alpha channel.
 PhotoExclusion transparent_pixels(const std::filesystem::path& file);
 
+/// Calls `excludes` with the number of each pixel, and excludes those for which it returns true; nullopt: there are none.
+template <typename Excludes>
+std::optional<PhotoExclusion> excluded_where(int width, int height, const Excludes& excludes) {
+  std::optional<PhotoExclusion> exclusion;
+  std::size_t pixel = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x, ++pixel) {
+      if (!excludes(pixel)) continue;
+      if (!exclusion) exclusion = empty_exclusion(width, height);
+      exclude(*exclusion, static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+    }
+  return exclusion;
+}
+
 struct MaskPixels {
   PhotoExclusion excluded;
   double grey_share = 0;  ///< of the pixels, of which half tells; 0 where it does not
