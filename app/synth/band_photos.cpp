@@ -63,7 +63,7 @@ BandSet bands_of(const BandOptions& options) {
 }
 
 BandShift shift_of(const BandOptions& options, std::size_t band) {
-  constexpr BandShift kShifts[] = {{0, 0}, {1, -1}, {-2, 1}, {1.5, 0.5}, {-0.75, 2}};
+  constexpr BandShift kShifts[] = {{0, 0}, {1, -1}, {-2, 1}, {2, 1}, {-0.75, 1.5}};
   return options.apart ? kShifts[band % std::size(kShifts)] : BandShift{};
 }
 

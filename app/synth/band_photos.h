@@ -28,7 +28,7 @@ struct BandOptions {
 /// cameras with as many lenses; other numbers the first of the ten. \pre 1 <= options.count <= kMostBands
 BandSet bands_of(const BandOptions& options);
 
-/// Where the band's photo shows what the first band's shows: by up to two pixels, half ones among them; none unless they are apart.
+/// Where the band's photo shows what the first band's shows: by up to two pixels, the fifth by parts of them; none unless they are apart.
 BandShift shift_of(const BandOptions& options, std::size_t band);
 
 /// The sample of a surface that reflects all light, lit as a plane that faces it is: the most that the type holds for red, green and

@@ -38,15 +38,33 @@ Plane halved(const Plane& plane) {
   return half;
 }
 
-/// Magnitudes of the gradient, 0 at the border.
+/// Each value and its neighbours to the left and right, weighted 1, 2, 1.
+Plane blurred_rows(const Plane& plane) {
+  Plane out = plane;
+  for (int y = 0; y < plane.height; ++y)
+    for (int x = 1; x + 1 < plane.width; ++x)
+      out.values[pixel_index(x, y, plane.width)] = (plane.at(x - 1, y) + 2 * plane.at(x, y) + plane.at(x + 1, y)) / 4;
+  return out;
+}
+
+Plane blurred_columns(const Plane& plane) {
+  Plane out = plane;
+  for (int y = 1; y + 1 < plane.height; ++y)
+    for (int x = 0; x < plane.width; ++x)
+      out.values[pixel_index(x, y, plane.width)] = (plane.at(x, y - 1) + 2 * plane.at(x, y) + plane.at(x, y + 1)) / 4;
+  return out;
+}
+
+/// Magnitudes of the gradient, 0 at the border, and blurred: a correlation of lines as thin as a pixel is no parabola about its peak.
 Plane edges_of(const Plane& plane) {
   Plane edges{plane.width, plane.height};
   edges.values.resize(plane.values.size());
   for (int y = 1; y + 1 < plane.height; ++y)
-    for (int x = 1; x + 1 < plane.width; ++x)
-      edges.values[pixel_index(x, y, plane.width)] =
-          std::hypot(plane.at(x + 1, y) - plane.at(x - 1, y), plane.at(x, y + 1) - plane.at(x, y - 1));
-  return edges;
+    for (int x = 1; x + 1 < plane.width; ++x) {
+      const float across = plane.at(x + 1, y) - plane.at(x - 1, y), down = plane.at(x, y + 1) - plane.at(x, y - 1);
+      edges.values[pixel_index(x, y, plane.width)] = std::sqrt(across * across + down * down);
+    }
+  return blurred_columns(blurred_rows(edges));
 }
 
 /// A rectangle of the primary's pixels.
@@ -176,12 +194,12 @@ std::vector<BandMatch> match_bands(const Samples& photo, std::size_t primary, st
     if (shift.score < 0) return {};
   }
   constexpr int kAcross = 8, kDown = 6;
-  const int edge = std::clamp(std::min(photo.width, photo.height) / 8, 24, 64);
+  const int edge = std::clamp(std::min(photo.width, photo.height) / 8, 24, 96);
   std::vector<BandMatch> matches;
   for (int j = 0; j < kDown; ++j)
     for (int i = 0; i < kAcross; ++i) {
       const int left = (photo.width - edge) * i / (kAcross - 1), top = (photo.height - edge) * j / (kDown - 1);
-      const int turned = 3 + edge / 16;  // px: what a turn and another focal length add far from the middle
+      const int turned = 3 + edge / 24;  // px: what a turn and another focal length add far from the middle
       if (const auto match = match_window(a[0], b[0], {left, top, left + edge, top + edge}, shift, turned))
         matches.push_back(*match);
     }
