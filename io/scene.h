@@ -1,4 +1,4 @@
-// The values every stage shares, and the conventions they are stated in. Depends on nothing.
+// The values every stage shares, and the conventions they are stated in. Depends on samples.h alone.
 //
 // World    the input's own coordinates, double. UAV scenes are often UTM or ECEF (1e5..1e7 m): subtract a
 //          camera centre or a local origin in double before anything becomes float.
