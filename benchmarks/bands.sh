@@ -3,6 +3,7 @@
 #                     what photos of more bits and bands take: the same photos as 8-bit RGB, 16-bit RGB, 5 bands of 16 bits and 10 of floats
 #
 #   --rounds N         runs of each, in turns, of which the medians count [3]
+#   --percent N        photos are resampled to so many per cent of their width and height [100]
 #   --options OPTIONS  of all runs, as one word []
 #   --gpvc FILE        the gpvc to run [build/release/app/gpvc, which is built first]
 #
@@ -15,16 +16,18 @@ export LC_ALL=C
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 rounds=3
+percent=100
 options=
 gpvc=
 out=
 places=()
 while [ $# -gt 0 ]; do
   case $1 in
-    --rounds | --options | --gpvc | -o)
+    --rounds | --percent | --options | --gpvc | -o)
       [ $# -ge 2 ] || usage "$1 takes a value"
       case $1 in
         --rounds) rounds=$2 ;;
+        --percent) percent=$2 ;;
         --options) options=$2 ;;
         --gpvc) gpvc=$2 ;;
         -o) out=$2 ;;
@@ -39,6 +42,7 @@ done
 [ ${#places[@]} = 3 ] || usage "expected SCENE, MESH and IMAGES, got ${#places[@]} arguments"
 [ -n "$out" ] || usage "-o DIR is missing"
 [[ $rounds =~ ^[1-9][0-9]*$ ]] || usage "--rounds takes a number from 1 on, got '$rounds'"
+[[ $percent =~ ^[1-9][0-9]*$ ]] || usage "--percent takes a number from 1 on, got '$percent'"
 command -v gdal_translate >/dev/null || fail "gdal_translate is missing: it is in Debian's gdal-bin"
 find_gpvc
 mkdir -p "$out"
@@ -54,15 +58,15 @@ kinds=(8bit-rgb 16bit-rgb 5x16bit 10xfloat)
 
 # convert KIND: files keep their names, by which scenes know them; what they are, their first bytes say.
 convert() {
-  [ -f "$out/photos-$1/done" ] && return
+  [ "$(cat "$out/photos-$1/percent" 2>/dev/null)" = "$percent" ] && return
   local file name
   while IFS= read -r file; do
     name=$out/photos-$1/${file#"${places[2]}"/}
     mkdir -p "$(dirname "$name")"
     # shellcheck disable=SC2086
-    gdal_translate -q -of GTiff -co PROFILE=BASELINE -co ALPHA=NO ${how[$1]} "$file" "$name"
+    gdal_translate -q -of GTiff -co PROFILE=BASELINE -co ALPHA=NO -r average -outsize "$percent%" "$percent%" ${how[$1]} "$file" "$name"
   done < <(find "${places[2]}" -type f \( -iname '*.jpg' -o -iname '*.jpeg' -o -iname '*.png' -o -iname '*.tif' \))
-  touch "$out/photos-$1/done"
+  echo "$percent" >"$out/photos-$1/percent"
 }
 for kind in "${kinds[@]}"; do convert "$kind"; done
 

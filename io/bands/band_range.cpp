@@ -40,8 +40,8 @@ void set_range(BandSet& set, std::vector<float> samples, bool linear_light) {
   std::ranges::sort(samples);
   constexpr double kNearlyAll = 1e-4, kMost = 1e-3, kMargin = 0.05, kMuch = 0.25;
   const double least = quantile(samples, kNearlyAll), most = quantile(samples, 1 - kNearlyAll);
-  if (linear_light ? quantile(samples, 0.5) <= full : least >= 0 && most <= full && most - least >= kMuch * full)
-    return;
+  const bool uses_all = !set.radiometric && least >= 0 && most <= full && most - least >= kMuch * full;
+  if (linear_light ? quantile(samples, 0.5) <= full : uses_all) return;
   double black = quantile(samples, kMost), white = quantile(samples, 1 - kMost);
   const double margin = kMargin * (white - black);
   black -= margin;

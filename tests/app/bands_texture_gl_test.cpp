@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -61,7 +62,22 @@ float sample_at(const Samples& samples, int x, int y, std::size_t band) {
 
 double ndvi(double infrared, double red) { return (infrared - red) / (infrared + red); }
 
-/// How far NDVI of pages is from the truth at the middles of faces that some photo shows whole and large, ascending.
+/// Texels around a texel that pixels of other faces reach: half a texel, as much of a pixel, and two for what is interpolated.
+constexpr double kReach = 3;
+
+/// Of a point in a triangle from its edges.
+double least_distance(const std::array<std::array<double, 2>, 3>& corners, double x, double y) {
+  double least = 1e9;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto &a = corners[i], &b = corners[(i + 1) % 3];
+    const double dx = b[0] - a[0], dy = b[1] - a[1];
+    least = std::min(least, std::abs(dx * (y - a[1]) - dy * (x - a[0])) / std::hypot(dx, dy));
+  }
+  return least;
+}
+
+/// How far NDVI of pages is from the truth at the middles of faces that some photo shows whole, with pixels that
+/// show nothing else, ascending.
 std::vector<double> ndvi_errors(const BandCity& city, const pipeline::TexturedMesh& textured) {
   const io::TexturedModel& model = textured.atlas.model;
   std::vector<double> errors;
@@ -70,13 +86,16 @@ std::vector<double> ndvi_errors(const BandCity& city, const pipeline::TexturedMe
     const Samples& page = textured.atlas.samples[model.face_page[f]].samples;
     double u = 0, v = 0;
     WorldPoint middle;
+    std::array<std::array<double, 2>, 3> corners{};
     for (std::size_t i = 0; i < 3; ++i) {
       const io::TexCoord& at = model.texcoords[model.face_texcoords[f][i]];
-      u += double{at.u} * page.width / 3;
-      v += double{at.v} * page.height / 3;
+      corners[i] = {double{at.u} * page.width, double{at.v} * page.height};
+      u += corners[i][0] / 3;
+      v += corners[i][1] / 3;
       const WorldPoint& p = city.mesh.positions[city.mesh.faces[f][i]];
       middle = {middle.x + p.x / 3, middle.y + p.y / 3, middle.z + p.z / 3};
     }
+    if (least_distance(corners, u, v) < kReach) continue;
     const synth::Surface& surface = city.made.surfaces[city.made.face_surface[f]];
     // Where the pattern changes within a pixel, the pixel has a mean of it.
     const auto truth = [&](double dx, double dy, double dz) {

@@ -44,7 +44,8 @@ TEST(Samples, AreReadAsTheyAreWritten) {
   for (const SampleType type : {SampleType::u8, SampleType::u16, SampleType::f32})
     for (const std::size_t bands : {1u, 3u, 4u, 5u, 32u}) {
       const Samples samples = noise(300, 270, bands, type);
-      BandSet set{.type = type};
+      BandSet set;
+      set.type = type;
       for (std::size_t b = 0; b < bands; ++b) set.bands.push_back({"Band " + std::to_string(b + 1), {}, {}});
       set.bands[0] = {"A<&>", 717.5, "reflectance"};
       set.radiometric = bands != 3;
@@ -64,7 +65,9 @@ TEST(Samples, AreReadAsTheyAreWritten) {
 
 TEST(Samples, AreNotWrittenWhereThereIsNoRoom) {
   const Samples samples = noise(600, 600, 5, SampleType::f32);
-  BandSet set{.type = SampleType::f32, .bands = std::vector<Band>(5, Band{"B", {}, {}})};
+  BandSet set;
+  set.type = SampleType::f32;
+  set.bands.resize(5);
   EXPECT_THROW(write_samples("/dev/full/a.tif", samples, set), OutputError);
   EXPECT_THROW(write_samples("/nowhere/a.tif", samples, set), OutputError);
 }
