@@ -175,7 +175,7 @@ TEST(Bands, ArePictureAndSamplesOfOneDecoding) {
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {
       const double level = load_sample(samples->at(x, y), SampleType::u16) / read.bands->white * 255;
-      EXPECT_NEAR(photo->at(x, y)[1], level, 0.51);
+      EXPECT_NEAR(photo->at(x, y)[0], level, 0.51);
     }
 }
 
