@@ -285,6 +285,36 @@ TEST(Bands, ThatDifferBetweenPhotosAreRefusedUnlessTheyAreColours) {
   EXPECT_TRUE(contains(input_error([&] { scene.read(); }), "holds samples of type"));
 }
 
+TEST(Bands, OfPicturesInMemoryAreCheckedAndPaintedOver) {
+  Scene scene;
+  View& view = scene.views.emplace_back();
+  view.name = "a";
+  view.camera.width = kWidth;
+  view.camera.height = kHeight;
+  scene.bands.emplace();
+  scene.bands->bands = {{"Red", 668, ""}, {"NIR", 842, ""}};
+  const auto picture_with = [&](std::optional<Samples> samples) {
+    PhotoExclusion exclusion{kWidth, kHeight, 1, std::vector<std::uint64_t>(kHeight)};
+    exclusion.words[5] = 0b1000;
+    return Picture{
+        {kWidth, kHeight, 3, std::vector<std::uint8_t>(3 * kWidth * kHeight, 9)}, exclusion, std::move(samples)};
+  };
+  Samples samples = picture(2, SampleType::u16, [](std::size_t b, int, int) { return 1000 * (b + 1); });
+  store_sample(samples.at(3, 5), SampleType::u16, 7);
+  const CallbackSource callback(scene, [&](ViewId) { return picture_with(samples); });
+  PictureSource memory(scene, {picture_with(samples)});
+  CallbackSource made = callback;
+  for (PhotoSource* source : {static_cast<PhotoSource*>(&memory), static_cast<PhotoSource*>(&made)}) {
+    const auto given = source->samples(ViewId{0});
+    EXPECT_EQ(load_sample(given->at(3, 5), SampleType::u16), 1000) << "painted over";
+    EXPECT_EQ(load_sample(given->at(4, 5) + 2, SampleType::u16), 2000);
+  }
+  EXPECT_THROW(PictureSource(scene, {picture_with(std::nullopt)}), std::invalid_argument);
+  samples.bands = 1;
+  EXPECT_THROW(PictureSource(scene, {picture_with(samples)}), std::invalid_argument);
+  EXPECT_THROW(PictureSource(scene, {picture_with(spread(2, SampleType::u8, 0, 255))}), std::invalid_argument);
+}
+
 // --- bands in files of their own
 
 TEST(BandFiles, AreTakenByTheirNames) {

@@ -272,15 +272,17 @@ TEST(PhotoKinds, InksAreInvertedWhereAdobesMarkSaysSo) {
   expect_color(ink_jpeg(JCS_CMYK, {55, 215, 175, 153}, false), {80, 16, 32});
 }
 
-/// Which samples of a scene of one photo are black and white in what is looked at.
+/// Which samples of a scene of one photo are black and white in what is looked at. \param channels of one value each
 template <typename Sample>
 std::pair<double, double> range_of(const std::string& name, const OIIO::TypeDesc& type,
-                                   const std::vector<Sample>& samples) {
+                                   const std::vector<Sample>& values, std::size_t channels) {
   const TemporaryFolder folder;
-  const std::string width = std::to_string(samples.size());
+  std::vector<Sample> samples;
+  for (const Sample value : values) samples.insert(samples.end(), channels, value);
+  const std::string width = std::to_string(values.size());
   folder.write("model/cameras.txt", "1 PINHOLE " + width + " 1 500 500 " + width + " 0.5\n");
   folder.write("model/images.txt", "1 1 0 0 0 0 0 0 1 " + name + "\n\n");
-  store(folder, name, 1, type, samples);
+  store(folder, name, static_cast<int>(channels), type, samples);
   const Scene scene = read_scene(folder.path() / "model", {.images_dir = folder.path()});
   EXPECT_TRUE(scene.warnings.empty());
   return scene.bands ? std::pair(scene.bands->black, scene.bands->white) : std::pair(0.0, 255.0);
@@ -296,7 +298,7 @@ TEST(PhotoKinds, DepthThatIsNotUsedIsNotLookedAt) {
     return samples;
   };
   for (const std::string name : {"a.tif", "a.png"}) {
-    const auto range = [&](auto sample) { return range_of(name, OIIO::TypeUInt16, photo(sample)); };
+    const auto range = [&](auto sample) { return range_of(name, OIIO::TypeUInt16, photo(sample), 3); };
     EXPECT_EQ(range([](int i) { return 16 * i; }), kWords);
     EXPECT_EQ(range([](int i) { return i; }), (Range{0, 4296})) << "12 bits in 16";
     EXPECT_EQ(range([](int i) { return 29000 + i / 2; }), (Range{28899, 31148})) << "a camera of heat";
@@ -304,7 +306,10 @@ TEST(PhotoKinds, DepthThatIsNotUsedIsNotLookedAt) {
     EXPECT_EQ(range([](int i) { return i % 2 * 65535; }), kWords) << "black and white";
     EXPECT_EQ(range([](int) { return 7; }), (Range{7, 8})) << "nothing";
     const auto dark = photo([](int i) { return i % 20; });
-    EXPECT_EQ(range_of(name, OIIO::TypeUInt8, Bytes(dark.begin(), dark.end())), (Range{0, 255})) << "dark, of 8 bits";
+    EXPECT_EQ(range_of(name, OIIO::TypeUInt8, Bytes(dark.begin(), dark.end()), 3), (Range{0, 255}))
+        << "dark, of 8 bits";
+    EXPECT_EQ(range_of(name, OIIO::TypeUInt16, photo([](int i) { return 20000 + 5 * i; }), 1), (Range{18998, 41477}))
+        << "counts, which are no colours";
   }
 }
 
@@ -312,7 +317,7 @@ TEST(PhotoKinds, FloatsBeyondBlackAndWhiteAreLookedAtOverTheirOwnRange) {
   const auto range = [](const std::string& name, auto sample) {
     std::vector<float> samples;
     for (int i = 0; i < 64; ++i) samples.push_back(static_cast<float>(sample(i)));
-    return range_of(name, OIIO::TypeFloat, samples);
+    return range_of(name, OIIO::TypeFloat, samples, 1);
   };
   const auto expect_near = [](const Range& is, const Range& expected) {
     EXPECT_NEAR(is.first, expected.first, 0.01);
@@ -323,7 +328,7 @@ TEST(PhotoKinds, FloatsBeyondBlackAndWhiteAreLookedAtOverTheirOwnRange) {
   expect_near(range("a.tif", [](int i) { return -20 + 0.1 * i; }), {-20.315, -13.385});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   expect_near(range("a.tif", [&](int i) { return i < 60 ? nan : 20 + i - 60; }), {19.85, 23.15});
-  EXPECT_EQ(range("a.tif", [](int i) { return i / 63.0; }), kReals);
+  expect_near(range("a.tif", [](int i) { return i / 63.0; }), {0, 1.05});
   // Light is looked at as a screen shows it, glints or not.
   EXPECT_EQ(range("a.exr", [](int i) { return i < 40 ? 0.5 : 2; }), kReals);
   expect_near(range("a.exr", degrees), {0, 21.615});
