@@ -73,9 +73,9 @@ OtherHeader header_of(const OIIO::ImageInput& input) {
   header.width = spec.width;
   header.height = spec.height;
   header.depth = spec.depth;
-  header.channels = spec.nchannels;
-  header.bits = spec.format.is_floating_point() ? 0 : static_cast<int>(8 * spec.format.basesize());
   // The fourth byte of a BMP's pixels is reserved, and 0 in most files.
+  header.channels = header.format == "bmp" ? std::min(spec.nchannels, 3) : spec.nchannels;
+  header.bits = spec.format.is_floating_point() ? 0 : static_cast<int>(8 * spec.format.basesize());
   header.alpha_channel = header.format == "bmp" ? -1 : spec.alpha_channel;
   header.linear_light = holds_linear_light(spec, header.format);
   header.type = stored_type(spec.format);

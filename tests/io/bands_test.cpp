@@ -1,5 +1,6 @@
 // Scenes of photos with more than RGB of 8 bits: what their bands are, where they lie, and what the photo cache makes of them.
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <random>
 
@@ -88,6 +89,22 @@ TEST(Bands, AreNoneOfColoursOfEightBits) {
   SceneOptions options;
   options.composite = {"1"};
   EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "need no composite"));
+}
+
+// 32 bits a pixel, uncompressed: the fourth byte is reserved.
+TEST(Bands, AreNotTheReservedBytesOfABmp) {
+  const BandScene scene({"a.bmp"});
+  std::string bmp = "BM" + test::bytes_of<std::uint32_t>(54 + 4 * kWidth * kHeight) + std::string(4, '\0') +
+                    test::bytes_of<std::uint32_t>(54) + test::bytes_of<std::uint32_t>(40) +
+                    test::bytes_of<std::int32_t>(kWidth) + test::bytes_of<std::int32_t>(kHeight) +
+                    test::bytes_of<std::uint16_t>(1) + test::bytes_of<std::uint16_t>(32) + std::string(24, '\0');
+  for (int i = 0; i < kWidth * kHeight; ++i) bmp += std::string("\x60\x70\x80\0", 4);
+  std::filesystem::create_directories(scene.place("a.bmp").parent_path());
+  std::ofstream(scene.place("a.bmp"), std::ios::binary) << bmp;
+  const Scene read = scene.read();
+  EXPECT_FALSE(read.bands);
+  EXPECT_FALSE(read.views[0].uses_alpha);
+  EXPECT_EQ(read_image(read.views[0].photo).at(3, 5)[0], 0x80);
 }
 
 // What a 16-bit photo looks like has not changed: all levels, as they are.
