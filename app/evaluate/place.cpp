@@ -4,11 +4,11 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
 
+#include "io/closest_point.h"
 #include "io/error.h"
 #include "io/mesh.h"
 #include "io/npy.h"
@@ -21,23 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double distance_from_segment(const WorldPoint& p, const WorldPoint& a, const WorldPoint& b) {
-  const WorldPoint along = b - a;
-  const double squared = dot(along, along);
-  const double t = squared > 0 ? std::clamp(dot(p - a, along) / squared, 0.0, 1.0) : 0;
-  return length(p - (a + t * along));
-}
-
-double distance_from_face(const WorldPoint& p, const WorldPoint& a, const WorldPoint& b, const WorldPoint& c) {
-  const WorldPoint normal = cross(b - a, c - a);
-  const auto is_left_of = [&](const WorldPoint& from, const WorldPoint& to) {
-    return dot(cross(to - from, p - from), normal) >= 0;
-  };
-  if (dot(normal, normal) > 0 && is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a))
-    return std::abs(dot(p - a, normal)) / length(normal);
-  return std::min({distance_from_segment(p, a, b), distance_from_segment(p, b, c), distance_from_segment(p, c, a)});
-}
-
 using Nearest = std::pair<double, std::size_t>;  // distance and face
 
 Nearest nearest_face(const Mesh& mesh, const WorldPoint& p) {
@@ -47,7 +30,8 @@ Nearest nearest_face(const Mesh& mesh, const WorldPoint& p) {
       [&](const auto& range, Nearest best) {
         for (std::size_t f = range.begin(); f < range.end(); ++f) {
           const auto [a, b, c] = mesh.faces[f];
-          best = std::min(best, {distance_from_face(p, mesh.positions[a], mesh.positions[b], mesh.positions[c]), f});
+          const WorldPoint at = closest_on_face(p, mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+          best = std::min(best, {length(p - at), f});
         }
         return best;
       },

@@ -42,12 +42,15 @@ PhotoMask::PhotoMask(const PhotoMask& lens, const io::PhotoExclusion& exclusion)
   });
 }
 
-bool PhotoMask::contains(const PixelPoint& position) const {
-  if (everywhere()) return true;
-  const std::optional<PhotoPoint> photo = photo_from_pixel(camera_, position);
-  if (!photo || !(photo->x >= 0 && photo->y >= 0 && photo->x <= camera_.width && photo->y <= camera_.height))
+bool shows(const Camera& camera, const io::PhotoExclusion* excluded, const PixelPoint& position) {
+  const std::optional<PhotoPoint> photo = photo_from_pixel(camera, position);
+  if (!photo || !(photo->x >= 0 && photo->y >= 0 && photo->x <= camera.width && photo->y <= camera.height))
     return false;
-  return exclusion_ == nullptr || !is_excluded(*exclusion_, *photo);
+  return excluded == nullptr || !is_excluded(*excluded, *photo);
+}
+
+bool PhotoMask::contains(const PixelPoint& position) const {
+  return everywhere() || shows(camera_, exclusion_, position);
 }
 
 PhotoMask::PhotoMask(const Camera& camera) : camera_(camera), number_(next_number()) {

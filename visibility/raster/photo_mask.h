@@ -10,6 +10,9 @@
 
 namespace gpvc::visibility {
 
+/// True when a position of the frame, distorted, lies in the photo and not on an excluded pixel. `excluded`: null for none.
+bool shows(const Camera& camera, const io::PhotoExclusion* excluded, const PixelPoint& position);
+
 /// One bit a pixel: set when its centre, distorted, lies in the photo and not on an excluded pixel.
 class PhotoMask {
  public:
