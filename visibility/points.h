@@ -57,6 +57,7 @@ struct PointSight {
 struct FaceSight {
   FaceClass found = FaceClass::hidden;  ///< never unresolved
   float visible_share = 0;              ///< 1 of a full face, 0 of a hidden one, else as in FaceCoverage
+  std::size_t visible = 0;              ///< samples that see it
 };
 
 /// The points and faces of one mesh. Thread-safe: nothing changes once it is made.

@@ -11,72 +11,14 @@
 
 #include "io/freed_memory.h"
 #include "labeling/costs/agreement.h"
+#include "labeling/costs/face_choice.h"
 #include "labeling/costs/face_records.h"
 #include "labeling/costs/outliers.h"
-#include "labeling/costs/photo_consistency.h"
 #include "labeling/costs/unmodelled.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::labeling {
 namespace {
-
-/// The candidates of one face.
-struct Choice {
-  std::vector<ViewRecord> taken;
-  std::vector<float> quality;  ///< of the taken views
-  FaceTag tag = FaceTag::unseen;
-  std::size_t rejected = 0;
-};
-
-/// True if the others show another colour.
-bool is_outlier(const FaceRecord& record) { return record.disagreement > fixed_distance(kOutlierMeanDistance); }
-
-/// Decides between full and partial views, and leaves outliers out. Reuses the memory of `choice`.
-void choose(std::span<const ViewRecord> records, const CostOptions& options, Choice& choice) {
-  choice.taken.clear();
-  choice.quality.clear();
-  choice.tag = FaceTag::unseen;
-  const auto full = [](const ViewRecord& item) { return item.record->is_full(); };
-  const auto kept = [&](const ViewRecord& item) {
-    return options.outliers != Outliers::clamp || !is_outlier(*item.record);
-  };
-  const auto full_kept = [&](const ViewRecord& item) { return full(item) && kept(item); };
-  const auto partial_kept = [&](const ViewRecord& item) { return !full(item) && kept(item); };
-  const auto take = [&](FaceTag tag, const auto& wanted) {
-    for (const ViewRecord& item : records) {
-      if (!wanted(item)) continue;
-      const double distance = distance_from_fixed(item.record->disagreement);
-      const double agreement = options.outliers == Outliers::damp ? std::exp(-distance * distance / 2) : 1.0;
-      choice.taken.push_back(item);
-      choice.quality.push_back(static_cast<float>(static_cast<double>(item.record->quality) * agreement));
-    }
-    if (!choice.taken.empty()) choice.tag = tag;
-    return !choice.taken.empty();
-  };
-  choice.rejected = records.size() - static_cast<std::size_t>(std::ranges::count_if(records, kept));
-
-  // If all full views have the face entirely within the strip along silhouettes, partial views that have most of it
-  // outside are preferred.
-  const bool full_outside = std::ranges::any_of(
-      records, [&](const ViewRecord& item) { return full_kept(item) && item.record->margin != kWholeShare; });
-  const bool partial_clear = std::ranges::any_of(
-      records, [&](const ViewRecord& item) { return partial_kept(item) && item.record->margin < kWholeShare / 2; });
-  if ((full_outside || !partial_clear) && take(FaceTag::seen, full_kept)) return;
-  if (take(FaceTag::partial, partial_kept)) return;
-  // All views are rejected, but a doubtful photo is better than none.
-  choice.rejected = 0;
-  if (!take(FaceTag::seen, full)) take(FaceTag::partial, [](const ViewRecord&) { return true; });
-}
-
-// --- costs
-
-/// Halvings of quality from the face's best view to this one, as CostOptions::coarse_cost counts them.
-double coarse_halvings(float quality, float best) {
-  constexpr double kFree = 2, kMax = 2;
-  if (!(best > 0)) return 0;
-  if (!(quality > 0)) return kMax;
-  return std::clamp(std::log2(static_cast<double>(best) / static_cast<double>(quality)) - kFree, 0.0, kMax);
-}
 
 /// Per view, faces that it sees whole, as two others do at least, and those of them where it is an outlier.
 struct OutlierCounts {
@@ -126,7 +68,7 @@ struct TablePart {
     tags.reserve(faces);
   }
 
-  void add(const Choice& choice, const CostOptions& options) {
+  void add(const FaceChoice& choice, const CostOptions& options) {
     const float best = choice.quality.empty() ? 0 : *std::max_element(choice.quality.begin(), choice.quality.end());
     counts.push_back(static_cast<std::uint32_t>(choice.taken.size()));
     tags.push_back(choice.tag);
@@ -135,11 +77,7 @@ struct TablePart {
       const FaceRecord& record = *choice.taken[i].record;
       (record.is_full() ? full : partial) += 1;
       views.push_back(choice.taken[i].view);
-      const double share = best > 0 ? static_cast<double>(choice.quality[i]) / static_cast<double>(best) : 1;
-      costs.push_back(static_cast<float>(options.data_weight * (1 - share) +
-                                         options.margin_cost * record.margin / kWholeShare +
-                                         options.hidden_cost * (kWholeShare - record.visible) / kWholeShare +
-                                         options.coarse_cost * coarse_halvings(choice.quality[i], best)));
+      costs.push_back(static_cast<float>(cost_of(record, choice.quality[i], best, options).total()));
     }
   }
 };
@@ -181,7 +119,7 @@ TableParts table_parts(RecordsByView& by_view, std::size_t faces, const CostOpti
   const std::size_t views = view_count(by_view);
   for_each_chunk(by_view, faces, 1, [&](std::size_t chunk, const Grouped<ViewRecord>& records) {
     TablePart& part = parts[chunk].emplace(records.groups(), records.items.size(), views);
-    Choice choice;
+    FaceChoice choice;
     std::vector<ViewRecord> left;
     for (std::size_t n = 0; n < records.groups(); ++n) {
       std::span<const ViewRecord> of_face = records[n];

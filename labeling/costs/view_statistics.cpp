@@ -9,11 +9,13 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
 #include "labeling/costs/photo_lookup.h"
 #include "labeling/costs/silhouettes.h"
+#include "labeling/view_choice.h"
 
 namespace gpvc::labeling {
 namespace {
@@ -211,6 +213,11 @@ double quality_of(DataTerm term, const FaceShape& shape, double visible_share, c
     quality *= cosine * cosine;
   }
   return quality;
+}
+
+/// A full view alone has the whole share.
+Share16 visible_share_of(double share) {
+  return share >= 1 ? kWholeShare : std::clamp<Share16>(share16(share), 1, kWholeShare - 1);
 }
 
 /// True where the photo shows no surface of a face that the view would see.
@@ -446,7 +453,7 @@ class ViewPass {
     if (sums.pixels == 0) sums = sums_at_centroid(corners(face));
     FaceRecord result;
     result.face = face;
-    result.visible = visible_share >= 1 ? kWholeShare : std::clamp<Share16>(share16(visible_share), 1, kWholeShare - 1);
+    result.visible = visible_share_of(visible_share);
     if (sums.pixels == 0) return result;
     result.quality = static_cast<float>(quality_of(options_.term, of_.shapes[slot], visible_share, sums));
     if (sums.margin != 0) result.margin = share16(static_cast<double>(sums.margin) / static_cast<double>(sums.pixels));
@@ -473,6 +480,21 @@ class ViewPass {
 }  // namespace
 
 Share16 share16(double share) { return static_cast<Share16>(std::lround(std::clamp(share, 0.0, 1.0) * kWholeShare)); }
+
+FaceRecord geometric_record(const Mesh& mesh, const View& view, FaceId face, double visible_share, std::size_t pixels,
+                            DataTerm term) {
+  const FaceShape shape = shape_of(view, camera_corners(mesh, index(face), view.pose));
+  if (term == DataTerm::gmi) term = DataTerm::area;
+  if (term == DataTerm::gmi_angle) term = DataTerm::area_angle;
+  PixelSums sums;
+  sums.pixels = static_cast<std::uint32_t>(std::min<std::size_t>(pixels, std::numeric_limits<std::uint32_t>::max()));
+  FaceRecord record;
+  record.face = static_cast<std::uint32_t>(index(face));
+  record.visible = visible_share_of(visible_share);
+  record.quality = static_cast<float>(quality_of(term, shape, visible_share, sums));
+  record.pixels = static_cast<std::uint16_t>(std::min<std::size_t>(pixels, 65535));
+  return record;
+}
 
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
                                         const visibility::ViewVisibility& visibility, const CostOptions& options,

@@ -211,12 +211,15 @@ FaceSight PointStage::classify(FaceId face, const View& view, const io::PhotoExc
       visible += is_in_frame(view.camera, p) && shows(view.camera, excluded, p) &&
                  std::ranges::none_of(others, [&](const Contender& other) { return hides(other, sampled, p.x, p.y); });
     }
+    sight.visible = visible;
     sight.found = block.cover_subpixel(prepared, FaceId{0}, block.front.inside, visible);
   } else {
     HiddenSamples hidden(sampled, block.front.spans);
     for (const Contender& other : others) hidden.hide_behind(other);
     sight.found = block.cover(prepared, [&](std::int32_t x, std::int32_t y) {
-      return !hidden.at(x, y) && shows(view.camera, excluded, {x + 0.5, y + 0.5});
+      const bool sees = !hidden.at(x, y) && shows(view.camera, excluded, {x + 0.5, y + 0.5});
+      sight.visible += sees ? 1 : 0;
+      return sees;
     });
   }
   sight.visible_share = sight.found == FaceClass::full   ? 1
