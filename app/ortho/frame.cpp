@@ -70,15 +70,11 @@ Frame place_by_up(Surface& surface, const OrthoSettings& settings) {
 
 // --- with one
 
-// Transverse Mercator around the origin of coordinates east, north and up from a place: the plane of the two within a centimetre for
-// ten kilometres, at the height that the surface lies in, and known to every program.
+// At the mean height of the surface.
 std::string plane_of(const std::array<double, 2>& place, const std::vector<WorldPoint>& positions) {
-  constexpr double kEarth = 6371000;
   double sum = 0;
   for (const WorldPoint& p : positions) sum += p.z;
-  const double height = std::round(sum / static_cast<double>(positions.size()));
-  return fmt::format("+proj=tmerc +lat_0={} +lon_0={} +k_0={:.9f} +x_0=0 +y_0=0 +datum=WGS84 +units=m +type=crs",
-                     place[0], place[1], 1 + height / kEarth);
+  return tileset::plane_around(place, std::round(sum / static_cast<double>(positions.size())));
 }
 
 void take_to_geocentric(std::vector<WorldPoint>& positions, const std::string& srs) {

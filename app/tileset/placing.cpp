@@ -156,6 +156,12 @@ std::string obstacle_to_geocentric(const io::ModelOptions& options) {
   }
 }
 
+std::string plane_around(const std::array<double, 2>& place, double height) {
+  constexpr double kEarth = 6371000;
+  return fmt::format("+proj=tmerc +lat_0={} +lon_0={} +k_0={:.9f} +x_0=0 +y_0=0 +datum=WGS84 +units=m +type=crs",
+                     place[0], place[1], 1 + height / kEarth);
+}
+
 std::optional<Matrix> geocentric_from_tile(const io::ModelOptions& options) {
   if (!obstacle_to_geocentric(options).empty()) return std::nullopt;
   return matrix_of(of_tile(*place_of_offset(options), options.up));

@@ -25,6 +25,10 @@ std::optional<std::array<double, 2>> place_of_enu(const std::string& system);
 /// Four columns, one after another.
 using Matrix = std::array<double, 16>;
 
+/// Transverse Mercator around the origin of coordinates east, north and up from a place, for PROJ: the plane of the two within a
+/// centimetre for ten kilometres at this height, and known to every program.
+std::string plane_around(const std::array<double, 2>& place, double height);
+
 /// Takes tiles to geocentric coordinates, from the reference system of `options`: what PROJ knows, or
 /// ENU:LATITUDE,LONGITUDE. The system's axes at the offset of `options` stand for those around it. nullopt where no system is
 /// named, or none that is known.

@@ -3,9 +3,9 @@
 // https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 #include <cassert>
 #include <limits>
-#include <type_traits>
 
 #include "io/file_bytes.h"
+#include "io/files/npy_header.h"
 #include "io/files/text_scan.h"
 #include "io/npy.h"
 #include "io/output_file.h"
@@ -13,15 +13,6 @@
 namespace gpvc::io {
 
 namespace {
-
-template <typename T>
-constexpr std::string_view dtype() {
-  if constexpr (std::is_same_v<T, std::uint8_t>) return "|u1";
-  if constexpr (std::is_same_v<T, std::int32_t>) return "<i4";
-  if constexpr (std::is_same_v<T, std::uint32_t>) return "<u4";
-  if constexpr (std::is_same_v<T, float>) return "<f4";
-  if constexpr (std::is_same_v<T, double>) return "<f8";
-}
 
 /// The text after `'key':` in the header's dict.
 std::string_view value_of(const std::filesystem::path& file, std::string_view dict, std::string_view key) {
@@ -57,22 +48,11 @@ std::vector<std::size_t> shape_from(const std::filesystem::path& file, std::stri
 
 template <typename T>
 void write_npy(const std::filesystem::path& file, std::span<const T> values, std::span<const std::size_t> shape) {
-  std::string dict = "{'descr': '" + std::string(dtype<T>()) + "', 'fortran_order': False, 'shape': (";
   [[maybe_unused]] std::size_t product = 1;
-  for (std::size_t i = 0; i < shape.size(); ++i) {
-    product *= shape[i];
-    dict += std::to_string(shape[i]) + (shape.size() == 1 ? "," : i + 1 < shape.size() ? ", " : "");
-  }
+  for (const std::size_t extent : shape) product *= extent;
   assert(product == values.size());
-  dict += "), }";
-  constexpr std::size_t kPreamble = 10;
-  dict.append(63 - (kPreamble + dict.size()) % 64, ' ');
-  dict += '\n';
-  const auto length = static_cast<std::uint16_t>(dict.size());
   OutputFile out(file);
-  out.write(std::string("\x93NUMPY\x01\x00", 8));
-  out.write(&length, sizeof length);
-  out.write(dict);
+  out.write(npy_header(npy_dtype<T>(), shape));
   out.write(values.data(), values.size_bytes());
   out.commit();
 }
@@ -87,7 +67,7 @@ NpyArray<T> read_npy(const std::filesystem::path& file) {
   const std::uint32_t length =
       version[0] == 1 ? reader.read<std::uint16_t>(kHeader) : reader.read<std::uint32_t>(kHeader);
   const std::string_view dict = reader.take(length, kHeader);
-  const std::string expected = quote(dtype<T>());
+  const std::string expected = quote(npy_dtype<T>());
   const std::string_view found = value_of(file, dict, "descr");
   if (!found.starts_with(expected))
     throw InputError(file, "byte 10",

@@ -1,6 +1,7 @@
 // Rules about photos and parts of a mesh in JSON and GeoJSON.
 #include <iterator>
 
+#include "io/files/geojson.h"
 #include "io/files/view_rules_text.h"
 #include "io/scenes/json_file.h"
 
@@ -36,7 +37,7 @@ class GeoRules {
 
   std::vector<ListedViewRule> read() const {
     const Json& root = json_.root();
-    const std::string type = json_.text("", root, "type"), srs = system_of(root);
+    const std::string type = json_.text("", root, "type"), srs = geojson_system(json_);
     std::vector<ListedViewRule> rules;
     if (type == "Feature") {
       rules.push_back(rule("the feature", root));
@@ -52,12 +53,6 @@ class GeoRules {
   }
 
  private:
-  // RFC 7946 has no "crs" any more; programs write it for systems other than longitude and latitude.
-  std::string system_of(const Json& root) const {
-    if (!root.contains("crs") || root["crs"].is_null()) return kGeoJsonSystem;
-    return json_.text("crs", json_.object("crs", json_.object("", root, "crs"), "properties"), "name");
-  }
-
   ListedViewRule rule(const std::string& place, const Json& feature) const {
     const RulePlace at{json_.path(), place};
     // GIS programs write all columns of a table, those without a value as null.

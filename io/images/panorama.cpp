@@ -1,10 +1,12 @@
 // Panoramas continued beyond their sides, as their views take them.
 #include <algorithm>
+#include <cmath>
 
 #include "io/images.h"
 #include "io/images/image_file.h"
 #include "io/images/mask_file.h"
 #include "io/lens/spherical.h"
+#include "io/photo_pixel.h"
 
 namespace gpvc::io {
 
@@ -31,6 +33,15 @@ PhotoExclusion continue_around(const PhotoExclusion& panorama) {
       if (panorama.excludes((x - before + width) % width, y))
         exclude(out, static_cast<std::size_t>(x), static_cast<std::size_t>(y));
   return out;
+}
+
+PhotoPoint taken_pixel(const View& view, const PhotoPoint& p) {
+  double x = p.x;
+  if (is_spherical(view.camera.distortion.model)) {
+    const int width = file_width(view.camera);
+    x = std::fmod(p.x - columns_before(width) + width, width);
+  }
+  return {x * view.reduction, p.y * view.reduction};
 }
 
 }  // namespace gpvc::io
