@@ -12,6 +12,7 @@
 #include "app/ortho/ortho_settings.h"
 #include "app/pipeline/pipeline.h"
 #include "app/pipeline/undistort.h"
+#include "app/query/coverage.h"
 #include "app/synth/band_photos.h"
 #include "app/synth/city.h"
 #include "app/tiles/make_job.h"
@@ -188,6 +189,30 @@ struct InspectOptions {
   tiles::JobSettings job;
 };
 
+struct PhotosOptions {
+  CommonOptions common;
+  SceneInput input;
+  std::vector<WorldPoint> points;
+  std::string crs;  ///< of the points; empty: they are in the mesh's coordinates, or the scene's reference system
+  std::vector<std::uint32_t> faces;
+  std::filesystem::path geojson;  ///< with more points; empty: none
+  std::filesystem::path from;     ///< an earlier result that knows outliers and costs; empty: none
+  bool judge = false;             ///< compare the photos for that
+  std::filesystem::path allow;
+  pipeline::Settings settings;
+  std::filesystem::path json, crops, index;  ///< empty: not written
+  int crop_size = 256;
+};
+
+struct CoverageOptions : CommandOptions {
+  SceneInput input;
+  std::filesystem::path from;  ///< an earlier result that knows outliers; empty: none
+  query::Wanted wanted;
+  std::optional<double> least_area;  ///< empty: found
+  int cells = 2048;
+  visibility::VisibilityOptions visibility;
+};
+
 struct ConvertOptions : CommandOptions {
   SceneInput input;  ///< no mesh
   bool undistort = false;
@@ -213,6 +238,8 @@ void run_visibility(const VisibilityCommandOptions& options, Console& console);
 void run_evaluate(const EvaluateCommandOptions& options, Console& console);
 void run_compare(const CompareOptions& options, Console& console);
 void run_label(const LabelOptions& options, Console& console);
+void run_photos(const PhotosOptions& options, Console& console);
+void run_coverage(const CoverageOptions& options, Console& console);
 void run_convert(const ConvertOptions& options, Console& console);
 void run_inspect(const InspectOptions& options, Console& console);
 void run_synth(const SynthOptions& options, Console& console);
