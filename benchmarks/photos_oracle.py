@@ -231,11 +231,9 @@ def main():
     points, chosen = random_points(vertices, faces, options.points)
     common = [options.scene, options.mesh, '--images', options.images, '--quiet']
     with tempfile.TemporaryDirectory() as folder:
-        asked = os.path.join(folder, 'points.geojson')
-        with open(asked, 'w', encoding='ascii') as file:
-            json.dump({'type': 'MultiPoint', 'coordinates': points.tolist()}, file)
+        asked = [f'--at={x!r},{y!r},{z!r}' for x, y, z in points.tolist()]
         out = os.path.join(folder, 'answers.json')
-        subprocess.run([options.gpvc, 'photos', *common, '--geojson', asked, '--json', out], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([options.gpvc, 'photos', *common, *asked, '--json', out], check=True, stdout=subprocess.DEVNULL)
         with open(out, encoding='utf-8') as file:
             answers = json.load(file)['points']
         classes = {}

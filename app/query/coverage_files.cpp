@@ -14,7 +14,8 @@ namespace {
 
 using evaluate::Json;  // which writes what is not finite as null
 
-double rounded(double value, double unit) { return std::round(value / unit) * unit; }
+// To so many parts of a unit.
+double rounded(double value, double parts) { return std::round(value * parts) / parts; }
 
 std::string number_text(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : ""; }
 
@@ -25,22 +26,42 @@ double tilt_of(const Area& area, const Ground& ground) {
   return std::acos(std::clamp(unit(normal).z, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
-std::vector<std::array<double, 2>> placed(const GroundRing& ring, const Ground& ground) {
-  if (ground.wkt.empty()) return ring;
+// Takes all corners to degrees at once: PROJ needs longer to find the way than for the points.
+void place_on_globe(std::vector<std::vector<GroundPolygon>>& areas, const Ground& ground) {
   std::vector<WorldPoint> points;
-  for (const auto& [x, y] : ring) points.push_back({x, y, 0});
+  const auto for_each_corner = [&](const auto& use) {
+    for (std::vector<GroundPolygon>& polygons : areas)
+      for (GroundPolygon& polygon : polygons) {
+        std::ranges::for_each(polygon.outer, use);
+        for (GroundRing& hole : polygon.holes) std::ranges::for_each(hole, use);
+      }
+  };
+  for_each_corner([&](const std::array<double, 2>& corner) { points.push_back({corner[0], corner[1], 0}); });
   ground.to_lonlat(points);
-  std::vector<std::array<double, 2>> result;
-  constexpr double kMillimetre = 1e-8;  // of a degree
-  for (const WorldPoint& p : points) result.push_back({rounded(p.x, kMillimetre), rounded(p.y, kMillimetre)});
-  return result;
+  constexpr double kMillimetres = 1e8;  // a degree has, about
+  std::size_t next = 0;
+  for_each_corner([&](std::array<double, 2>& corner) {
+    const WorldPoint& p = points[next++];
+    corner = {rounded(p.x, kMillimetres), rounded(p.y, kMillimetres)};
+  });
 }
 
-Json polygons_json(const std::vector<GroundPolygon>& polygons, const Ground& ground) {
+WorldPoint middle_on_ground(const Area& area, const Ground& ground) {
+  WorldPoint sum;
+  double all = 0;
+  for (const FaceId face : area.faces) {
+    const double surface = surface_of(ground.mesh, face);
+    sum = sum + middle_of(ground.mesh, face) * surface;
+    all += surface;
+  }
+  return all > 0 ? sum * (1 / all) : middle_of(ground.mesh, area.faces.front());
+}
+
+Json polygons_json(const std::vector<GroundPolygon>& polygons) {
   Json all = Json::array();
   for (const GroundPolygon& polygon : polygons) {
-    Json rings = Json::array({placed(polygon.outer, ground)});
-    for (const GroundRing& hole : polygon.holes) rings.push_back(placed(hole, ground));
+    Json rings = Json::array({polygon.outer});
+    for (const GroundRing& hole : polygon.holes) rings.push_back(hole);
     all.push_back(std::move(rings));
   }
   return all;
@@ -49,6 +70,9 @@ Json polygons_json(const std::vector<GroundPolygon>& polygons, const Ground& gro
 }  // namespace
 
 Json areas_geojson(const std::vector<Area>& areas, const Ground& ground, const CellGrid& grid) {
+  std::vector<std::vector<GroundPolygon>> outlines;
+  for (const Area& area : areas) outlines.push_back(outline_of(ground.mesh, area.faces, grid));
+  if (!ground.wkt.empty() && !areas.empty()) place_on_globe(outlines, ground);
   Json features = Json::array();
   for (std::size_t n = 0; n < areas.size(); ++n) {
     const Area& area = areas[n];
@@ -60,12 +84,10 @@ Json areas_geojson(const std::vector<Area>& areas, const Ground& ground, const C
                        {"most_photos", area.most_photos},
                        {"best_gsd", area.gsd},
                        {"best_angle", area.angle},
-                       {"tilt", rounded(tilt_of(area, ground), 0.1)}};
+                       {"tilt", rounded(tilt_of(area, ground), 10)}};
     features.push_back({{"type", "Feature"},
                         {"properties", std::move(properties)},
-                        {"geometry",
-                         {{"type", "MultiPolygon"},
-                          {"coordinates", polygons_json(outline_of(ground.mesh, area.faces, grid), ground)}}}});
+                        {"geometry", {{"type", "MultiPolygon"}, {"coordinates", polygons_json(outlines[n])}}}});
   }
   Json json = {{"type", "FeatureCollection"}};
   if (ground.wkt.empty()) json["coordinates"] = ground.name;
@@ -76,22 +98,15 @@ Json areas_geojson(const std::vector<Area>& areas, const Ground& ground, const C
 std::string areas_table(const std::vector<Area>& areas, const checks::Input& input, const Ground& ground) {
   std::string table =
       "area,reason,surface,faces,x,y,z,longitude,latitude,tilt,least_photos,most_photos,best_gsd,best_angle\n";
+  std::vector<WorldPoint> middles;
+  if (!ground.wkt.empty() && !areas.empty()) {
+    for (const Area& area : areas) middles.push_back(middle_on_ground(area, ground));
+    ground.to_lonlat(middles);
+  }
   for (std::size_t n = 0; n < areas.size(); ++n) {
     const Area& area = areas[n];
     const WorldPoint at = area.middle + input.scene.offset;
-    std::string degrees = ",";
-    if (!ground.wkt.empty()) {
-      WorldPoint sum;
-      double all = 0;
-      for (const FaceId face : area.faces) {
-        const double surface = length(normal_of(ground.mesh, face));
-        sum = sum + middle_of(ground.mesh, face) * surface;
-        all += surface;
-      }
-      std::vector<WorldPoint> middle{all > 0 ? sum * (1 / all) : middle_of(ground.mesh, area.faces.front())};
-      ground.to_lonlat(middle);
-      degrees = fmt::format("{:.8f},{:.8f}", middle.front().x, middle.front().y);
-    }
+    const std::string degrees = middles.empty() ? "," : fmt::format("{:.8f},{:.8f}", middles[n].x, middles[n].y);
     table += fmt::format("{},{},{:.6g},{},{:.3f},{:.3f},{:.3f},{},{:.1f},{},{},{},{}\n", n + 1,
                          name_of(kLackNames, area.lack), area.surface, area.faces.size(), at.x, at.y, at.z, degrees,
                          tilt_of(area, ground), area.least_photos, area.most_photos, number_text(area.gsd),

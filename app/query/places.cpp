@@ -91,9 +91,7 @@ SurfacePoint PlaceFinder::find(const Place& place) const {
   if (!is_finite(place.at)) fail(place, "is not made of numbers");
   const Scene& scene = input_.scene;
   std::optional<SurfacePoint> point;
-  // GeoJSON of a scene without a place on the globe has the mesh's own coordinates, as programs write it.
-  const bool unplaced = place.srs == io::kGeoJsonSystem && scene.srs.empty();
-  if (place.srs.empty() || unplaced) {
+  if (place.srs.empty()) {
     point = place.has_height ? nearest_in_file(place.at) : highest(place.at);
     // Scenes whose large coordinates are written from an origin: people know the large ones.
     if (!(scene.offset == WorldPoint{})) {
@@ -104,7 +102,8 @@ SurfacePoint PlaceFinder::find(const Place& place) const {
   } else {
     const std::string system = system_of(scene);
     if (system.empty())
-      fail(place, fmt::format("is in {}, and the scene names no reference system to take it to", place.srs));
+      fail(place, fmt::format("is in {}, and the scene names no reference system to take it to",
+                              place.srs == io::kGeoJsonSystem ? "longitude and latitude" : place.srs));
     std::array<WorldPoint, 1> at{place.at};
     try {
       if (place.srs != scene.srs) io::transform_points(place.srs, system, at);
@@ -117,13 +116,9 @@ SurfacePoint PlaceFinder::find(const Place& place) const {
   if (!point) fail(place, "has no surface of the mesh above or below it");
   if (point->distance > limit_)
     fail(place,
-         fmt::format(
-             "lies {:.6g} from the surface, farther than {:.6g}, a fiftieth of the mesh's extent; {}", point->distance,
-             limit_,
-             unplaced
-                 ? "the scene names no reference system, so that longitude and latitude count as coordinates of the "
-                   "mesh"
-                 : "is it in other coordinates?"));
+         fmt::format("lies {:.6g} from the surface, farther than {:.6g}, a fiftieth of the mesh's extent; is it in "
+                     "other coordinates?",
+                     point->distance, limit_));
   return *point;
 }
 

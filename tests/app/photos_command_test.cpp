@@ -1,9 +1,12 @@
 // gpvc photos and gpvc coverage: which photos show a point, held against rays in long double.
+#include <fmt/format.h>
+
 #include <random>
 
 #include "io/images.h"
 #include "io/mesh.h"
 #include "io/photos.h"
+#include "io/reference_system.h"
 #include "io/scene_files.h"
 #include "tests/app/app_fixture.h"
 #include "tests/visibility/visibility_oracle.h"
@@ -37,6 +40,40 @@ class PhotosCommand : public App {
   void expect_refused_photos(const std::vector<std::string>& more, const std::string& where,
                              const std::string& why) const {
     expect_one_sentence(run(command("photos", more)), where, why);
+  }
+  // The scene as OpenDroneMap has it: in UTM coordinates less an offset.
+  fs::path georeferenced() const {
+    const Scene scene = io::read_scene(scene_ / "colmap", {});
+    json shots, camera;
+    for (const View& view : scene.views) {
+      const auto& r = view.pose.rotation;
+      const double angle = std::acos((r[0] + r[4] + r[8] - 1) / 2), scale = angle / (2 * std::sin(angle));
+      const CameraPoint t = camera_from_world(view.pose, {0, 0, 0});
+      shots[view.name] = {{"camera", "c"},
+                          {"rotation", {scale * (r[7] - r[5]), scale * (r[2] - r[6]), scale * (r[3] - r[1])}},
+                          {"translation", {t.x, t.y, t.z}}};
+      const Camera& c = view.camera;
+      const double longer = std::max(c.width, c.height);
+      camera = {{"projection_type", "brown"},
+                {"width", c.width},
+                {"height", c.height},
+                {"focal_x", c.fx / longer},
+                {"focal_y", c.fy / longer},
+                {"c_x", (c.cx - c.width / 2.0) / longer},
+                {"c_y", (c.cy - c.height / 2.0) / longer},
+                {"k1", c.distortion.k1},
+                {"k2", c.distortion.k2},
+                {"p1", c.distortion.p1},
+                {"p2", c.distortion.p2},
+                {"k3", c.distortion.k3}};
+    }
+    const fs::path project = folder_.path() / "odm";
+    for (const char* name : {"opensfm", "odm_georeferencing"}) fs::create_directories(project / name);
+    std::ofstream(project / "opensfm" / "reconstruction.json")
+        << json::array({{{"cameras", {{"c", camera}}}, {"shots", shots}, {"points", json::object()}}});
+    std::ofstream(project / "opensfm" / "reconstruction.topocentric.json") << "[]";
+    std::ofstream(project / "odm_georeferencing" / "coords.txt") << "WGS84 UTM 32N\n448000 5411000\n";
+    return project;
   }
   Mesh mesh() const { return io::read_mesh(scene_ / "mesh.ply"); }
 };
@@ -85,10 +122,9 @@ TEST_F(PhotosCommand, EveryPhotoListedShowsThePointAndNoneIsMissing) {
   const Mesh mesh = this->mesh();
   const Scene scene = io::read_scene(scene_ / "colmap", {});
   const RandomPoints points(mesh, 60);
-  json coordinates = json::array();
-  for (const WorldPoint& p : points.at) coordinates.push_back({p.x, p.y, p.z});
-  std::ofstream(folder_.path() / "points.json") << json{{"type", "MultiPoint"}, {"coordinates", coordinates}};
-  const json all = answers({"--geojson", (folder_.path() / "points.json").string()});
+  std::vector<std::string> asked;
+  for (const WorldPoint& p : points.at) asked.push_back(fmt::format("--at={},{},{}", p.x, p.y, p.z));
+  const json all = answers(asked);
   ASSERT_EQ(all.size(), points.at.size());
   std::size_t listed = 0, others = 0;
   std::map<std::string, int> reasons;
@@ -103,7 +139,9 @@ TEST_F(PhotosCommand, EveryPhotoListedShowsThePointAndNoneIsMissing) {
       if (photo["reason"] == "behind") continue;
       const auto pixel = photo_from_world(view, points.at[n]);
       ASSERT_EQ(photo["pixel"].is_null(), !pixel);
-      if (pixel) EXPECT_NEAR(photo["pixel"][0].get<double>(), pixel->x, 1e-6);
+      if (!pixel) continue;
+      EXPECT_NEAR(photo["pixel"][0].get<double>(), pixel->x, 1e-6);
+      EXPECT_NEAR(photo["pixel"][1].get<double>(), pixel->y, 1e-6);
     }
   EXPECT_GT(listed, 40U);
   EXPECT_GT(others, 100U);
@@ -164,7 +202,7 @@ TEST_F(PhotosCommand, AnEarlierResultKnowsOutliersCostsAndLabels) {
   std::size_t refused = 0;
   for (const json& answer : answers(with_result))
     for (const json& photo : answer["photos"]) {
-      if (photo["name"] == "east_001.jpg") EXPECT_EQ(photo["shows"], false);
+      EXPECT_FALSE(photo["name"] == "east_001.jpg" && photo["shows"] == true);
       refused += photo["reason"] == "refused" ? 1 : 0;
     }
   EXPECT_GT(refused, 5U);
@@ -199,6 +237,51 @@ TEST_F(PhotosCommand, TheTableNamesPhotosAndReasons) {
   EXPECT_TRUE(contains(outcome.err, "--judge")) << "what is not known, and how it can be";
 }
 
+TEST_F(PhotosCommand, TakesPointsInTheSystemsThatAreKnown) {
+  const fs::path project = georeferenced(), file = folder_.path() / "answers.json",
+                 geo = folder_.path() / "points.json";
+  const auto answer = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{
+        "photos", project.string(), (scene_ / "mesh.ply").string(), "--images", (scene_ / "images").string(),
+        "--json", file.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(read_file(file))["points"][0];
+  };
+  const json local = answer({"--at=3.25,4.5,0.125"});
+  EXPECT_NEAR(local["at_srs"][0].get<double>(), 448000 + local["at"][0].get<double>(), 1e-6);
+  for (const std::vector<std::string>& same :
+       {std::vector<std::string>{"--at=448003.25,5411004.5,0.125"},
+        std::vector<std::string>{"--at=448003.25,5411004.5,0.125", "--crs", "EPSG:32632"}}) {
+    const json other = answer(same);
+    EXPECT_EQ(other["faces"], local["faces"]);
+    EXPECT_EQ(other["photos"].size(), local["photos"].size());
+    EXPECT_EQ(other["shown"], local["shown"]);
+  }
+  std::vector<WorldPoint> degrees{{448003.25, 5411004.5, 0}};
+  io::transform_points("EPSG:32632", "OGC:CRS84", degrees);
+  std::ofstream(geo) << json{{"type", "Feature"},
+                             {"properties", {{"name", "GCP 7"}}},
+                             {"geometry", {{"type", "Point"}, {"coordinates", {degrees[0].x, degrees[0].y}}}}};
+  const json above = answer({"--geojson", geo.string()});
+  EXPECT_EQ(above["name"], "GCP 7");
+  EXPECT_NEAR(above["at"][0].get<double>(), 3.25, 1e-6);
+  EXPECT_NEAR(above["at"][1].get<double>(), 4.5, 1e-6);
+  EXPECT_GE(above["at"][2].get<double>(), local["at"][2].get<double>() - 0.125) << "the highest surface";
+  const Outcome outcome = run({"coverage", project.string(), (scene_ / "mesh.ply").string(), "--images",
+                               (scene_ / "images").string(), "-o", out_.string(), "--min-area", "0"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json map = json::parse(read_file(out_ / "coverage.geojson"));
+  EXPECT_FALSE(map.contains("coordinates"));
+  ASSERT_GT(map["features"].size(), 0U);
+  for (const json& feature : map["features"]) {
+    const json& corner = feature["geometry"]["coordinates"][0][0][0];
+    EXPECT_NEAR(corner[0].get<double>(), degrees[0].x, 0.002);
+    EXPECT_NEAR(corner[1].get<double>(), degrees[0].y, 0.002);
+  }
+}
+
 TEST_F(PhotosCommand, RefusesWhatIsNoPoint) {
   const std::string mesh = (scene_ / "mesh.ply").string(), geo = (folder_.path() / "points.json").string();
   expect_refused_photos({"--at", "1e5,0,0"}, mesh, "from the surface, farther than");
@@ -213,10 +296,9 @@ TEST_F(PhotosCommand, RefusesWhatIsNoPoint) {
     std::ofstream(geo) << text;
     expect_refused_photos({"--geojson", geo}, geo, why);
   }
-  std::ofstream(geo) << R"({"type": "Point", "coordinates": [170.5, 47.25]})";
-  expect_refused_photos({"--geojson", geo}, mesh, "no surface of the mesh above or below");
-  std::ofstream(geo) << R"({"type": "Point", "coordinates": [170.5, 47.25, 3]})";
-  expect_refused_photos({"--geojson", geo}, mesh, "names no reference system");
+  std::ofstream(geo) << R"({"type": "Point", "coordinates": [8.5, 47.25]})";
+  expect_refused_photos({"--geojson", geo}, mesh,
+                        "is in longitude and latitude, and the scene names no reference system");
   expect_refused_photos({"--face", "1", "--from", scene_.string()}, scene_.string(), "holds no textured model");
   for (const auto& words :
        std::vector<std::vector<std::string>>{{}, {"--at", "1,2"}, {"--at", "nan,0,0"}, {"--at", "1,2,x"}})
