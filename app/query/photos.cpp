@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -128,54 +129,47 @@ PhotoOfPoint PhotoFinder::look(const visibility::SurfacePoint& point, ViewId id,
   return photo;
 }
 
-// Of views that look at the same face: which are its candidates, and what the others lack.
-void PhotoFinder::choose(std::vector<PhotoOfPoint>& photos, const std::vector<labeling::FaceRecord>& geometric) const {
-  std::vector<FaceId> faces;
-  for (const PhotoOfPoint& photo : photos) faces.push_back(photo.face);
-  std::ranges::sort(faces);
-  const auto same = std::ranges::unique(faces);
-  faces.erase(same.begin(), same.end());
-  for (const FaceId face : faces) {
-    std::vector<labeling::ViewOfFace> views;
-    std::vector<std::size_t> which;
-    bool background = false;
-    for (std::size_t n = 0; n < photos.size(); ++n) {
-      const PhotoOfPoint& photo = photos[n];
-      if (photo.face != face) continue;
-      std::optional<labeling::FaceRecord> record;
-      if (judgement_ != nullptr)
-        record = labeling::record_of(judgement_->statistics[index(photo.view)], face);
-      else if (photo.found != FaceClass::hidden)
-        record = geometric[n];
-      if (!record) continue;
-      background = background || !record->has_surface();
-      views.push_back({photo.view, *record});
-      which.push_back(n);
-    }
-    const auto allowed = [&](ViewId view) { return !allowed_ || allowed_(face, view); };
-    const std::vector<labeling::ViewChoice> choices = labeling::choose_views(views, costs_, allowed);
-    for (std::size_t n = 0; n < photos.size(); ++n) {
-      PhotoOfPoint& photo = photos[n];
-      if (photo.face != face) continue;
-      const auto at = std::ranges::find(which, n) - which.begin();
-      const bool known = at < static_cast<std::ptrdiff_t>(which.size());
-      if (judgement_ != nullptr && !judgement_->labels.empty())
-        photo.textures_face = judgement_->labels[index(face)] == photo.view;
-      if (photo.reason != Reason::shown) continue;
-      if (judgement_ != nullptr && judgement_->leaves_out(photo.view)) {
-        photo.reason = Reason::left_out;
-      } else if (known) {
-        const labeling::ViewChoice& choice = choices[static_cast<std::size_t>(at)];
-        photo.reason = reason_of(choice.fate);
-        photo.doubtful = choice.doubtful;
-        if (choice.fate == labeling::ViewFate::candidate) photo.cost = choice.cost;
-      } else if (allowed_ && !allowed(photo.view)) {
-        photo.reason = Reason::refused;
-      } else if (judgement_ != nullptr && photo.found != FaceClass::hidden) {
-        // Faces lose a view's samples where its photo shows background, and all views where most photos do.
-        photo.reason = background ? Reason::background : Reason::mixed;
-      }
-    }
+// What a view tells of the face that it looks at; nullopt: nothing.
+std::optional<labeling::FaceRecord> PhotoFinder::record_of(const PhotoOfPoint& photo,
+                                                           const labeling::FaceRecord& geometric) const {
+  if (judgement_ != nullptr) return labeling::record_of(judgement_->statistics[index(photo.view)], photo.face);
+  if (photo.found == FaceClass::hidden) return std::nullopt;
+  return geometric;
+}
+
+// Which of the views that look at a face are its candidates, and what the others lack.
+void PhotoFinder::choose(FaceId face, std::span<PhotoOfPoint> photos,
+                         std::span<const labeling::FaceRecord> geometric) const {
+  std::vector<labeling::ViewOfFace> views;
+  std::vector<PhotoOfPoint*> with_record, without;
+  for (std::size_t n = 0; n < photos.size(); ++n) {
+    if (photos[n].face != face) continue;
+    if (judgement_ != nullptr && !judgement_->labels.empty())
+      photos[n].textures_face = judgement_->labels[index(face)] == photos[n].view;
+    const std::optional<labeling::FaceRecord> record = record_of(photos[n], geometric[n]);
+    (record ? with_record : without).push_back(&photos[n]);
+    if (record) views.push_back({photos[n].view, *record});
+  }
+  const auto allowed = [&](ViewId view) { return !allowed_ || allowed_(face, view); };
+  const std::vector<labeling::ViewChoice> choices = labeling::choose_views(views, costs_, allowed);
+  bool background = false;
+  for (std::size_t n = 0; n < views.size(); ++n) {
+    PhotoOfPoint& photo = *with_record[n];
+    background = background || !views[n].record.has_surface();
+    if (photo.reason != Reason::shown) continue;
+    photo.reason = reason_of(choices[n].fate);
+    photo.doubtful = choices[n].doubtful;
+    if (choices[n].fate == labeling::ViewFate::candidate) photo.cost = choices[n].cost;
+  }
+  for (PhotoOfPoint* photo : without) {
+    if (photo->reason != Reason::shown) continue;
+    if (judgement_ != nullptr && judgement_->leaves_out(photo->view))
+      photo->reason = Reason::left_out;
+    else if (!allowed(photo->view))
+      photo->reason = Reason::refused;
+    else if (judgement_ != nullptr && photo->found != FaceClass::hidden)
+      // Faces lose a view's samples where its photo shows background, and all views where most photos do.
+      photo->reason = background ? Reason::background : Reason::mixed;
   }
 }
 
@@ -186,7 +180,9 @@ PointAnswer PhotoFinder::photos_of(const visibility::SurfacePoint& point) const 
   std::vector<labeling::FaceRecord> geometric(input_.views.size());
   tbb::parallel_for(std::size_t{0}, input_.views.size(),
                     [&](std::size_t n) { answer.photos[n] = look(point, input_.views[n], geometric[n]); });
-  choose(answer.photos, geometric);
+  std::set<FaceId> faces;
+  for (const PhotoOfPoint& photo : answer.photos) faces.insert(photo.face);
+  for (const FaceId face : faces) choose(face, answer.photos, geometric);
   std::ranges::sort(answer.photos, {}, rank);
   answer.shown = static_cast<std::size_t>(std::ranges::count(answer.photos, Reason::shown, &PhotoOfPoint::reason));
   return answer;

@@ -3,8 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "../../io/names.h"
@@ -92,7 +92,8 @@ class PhotoFinder {
 
  private:
   PhotoOfPoint look(const visibility::SurfacePoint& point, ViewId view, labeling::FaceRecord& record) const;
-  void choose(std::vector<PhotoOfPoint>& photos, const std::vector<labeling::FaceRecord>& geometric) const;
+  std::optional<labeling::FaceRecord> record_of(const PhotoOfPoint& photo, const labeling::FaceRecord& geometric) const;
+  void choose(FaceId face, std::span<PhotoOfPoint> photos, std::span<const labeling::FaceRecord> geometric) const;
 
   checks::Input input_;
   io::PhotoSource& photos_;

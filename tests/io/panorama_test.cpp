@@ -9,6 +9,7 @@
 #include "io/images.h"
 #include "io/images/mask_file.h"
 #include "io/lens/spherical.h"
+#include "io/photo_pixel.h"
 #include "io/photos.h"
 #include "io/scene_files.h"
 #include "io/scenes/panorama_views.h"
@@ -63,6 +64,9 @@ TEST(PanoramaViews, ShowEveryDirectionWhereThePanoramaShowsIt) {
       // Columns of the picture that the view takes begin before those of the panorama, and go on behind.
       const double turns = (photo.x - columns_before(kAround) - expected.x) / kAround;
       EXPECT_NEAR(turns, std::round(turns), 1e-11) << views[v].name;
+      const double taken = taken_pixel(views[v], photo).x;
+      EXPECT_TRUE(taken >= 0 && taken <= kAround) << taken;
+      EXPECT_NEAR(std::remainder(taken - expected.x, kAround), 0, 1e-9) << views[v].name;
       EXPECT_NEAR(photo.y, expected.y, 1e-9) << views[v].name;
       const auto back = pixel_from_photo(views[v].camera, photo);
       ASSERT_TRUE(back) << views[v].name;

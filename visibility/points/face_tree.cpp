@@ -67,7 +67,7 @@ void FaceTree::build(const Node& node, const std::vector<WorldPoint>& middles) {
     left();
     right();
   }
-  for (const std::size_t which : {0, 1}) {
+  for (std::size_t which = 0; which < 2; ++which) {
     const Box& child = box_of(node.child(which));
     box.add(child.low);
     box.add(child.high);
