@@ -260,7 +260,7 @@ def main():
                 print(f'{name}, point {n}, face {chosen[n]}: gpvc says {photo["reason"]}, the oracle {truth}')
             elif photo['reason'].replace('edge-on', 'back') != truth:
                 other += 1
-            if name in classes and photo['reason'] not in ('behind', 'outside-frame', 'outside-photo'):
+            if name in classes:
                 classed += 1
                 differing += {'hidden': 0, 'partial': 1, 'full': 2}[photo['class']] != classes[name][photo['face']]
     print(f'{len(points)} points, {len(views)} photos, {pairs} pairs; points are {far:.3g} from where they were asked for')

@@ -109,23 +109,23 @@ PhotoOfPoint PhotoFinder::look(const visibility::SurfacePoint& point, ViewId id,
   const View& view = input_.scene.views[index(id)];
   PhotoOfPoint photo;
   photo.view = id;
-  // Masks are read only where the frame has the point.
   visibility::PointSight sight = stage_.look(point, view, nullptr);
-  const bool framed =
-      sight.sight != Sight::behind && sight.sight != Sight::outside_frame && sight.sight != Sight::outside_photo;
-  const auto excluded = framed ? photos_.exclusion(id) : nullptr;
-  if (excluded) sight = stage_.look(point, view, excluded.get());
+  visibility::FaceSight whole = stage_.classify(sight.face, view, nullptr);
+  // Masks can only take away: none is read for a view that has nothing to lose.
+  if (sight.sight == Sight::seen || sight.sight == Sight::back || sight.sight == Sight::hidden ||
+      whole.found != FaceClass::hidden)
+    if (const auto excluded = photos_.exclusion(id)) {
+      sight = stage_.look(point, view, excluded.get());
+      whole = stage_.classify(sight.face, view, excluded.get());
+    }
   photo.reason = reason_of(sight.sight);
   photo.face = sight.face;
   photo.hidden_by = sight.hidden_by;
   if (sight.photo) photo.pixel = io::taken_pixel(view, *sight.photo);
   if (sight.sight != Sight::behind) photo.sharpness = sharpness_of(view, point.at, normal_of(input_.mesh, photo.face));
-  if (framed) {
-    const visibility::FaceSight whole = stage_.classify(photo.face, view, excluded.get());
-    photo.found = whole.found;
-    photo.visible_share = static_cast<double>(whole.visible_share);
-    record = labeling::geometric_record(input_.mesh, view, photo.face, photo.visible_share, whole.visible, costs_.term);
-  }
+  photo.found = whole.found;
+  photo.visible_share = static_cast<double>(whole.visible_share);
+  record = labeling::geometric_record(input_.mesh, view, photo.face, photo.visible_share, whole.visible, costs_.term);
   return photo;
 }
 

@@ -59,7 +59,7 @@ struct PhotoOfPoint {
   /// centre at (0.5, 0.5). Of points beside the frame where they would be; none: nowhere.
   std::optional<PhotoPoint> pixel{};
   Sharpness sharpness{};  ///< of points in front of the camera
-  /// How the view sees the whole face, and the share of its samples that see it; of points that it frames.
+  /// How the view sees the whole face, whether or not it has the point, and the share of its samples that see it.
   visibility::FaceClass found = visibility::FaceClass::hidden;
   double visible_share = 0;
   /// The face's cost in the labeling, of candidates; without a judgement by geometry alone (no silhouettes, no outliers).
@@ -87,7 +87,7 @@ class PhotoFinder {
   std::optional<visibility::SurfacePoint> nearest(const WorldPoint& place) const { return stage_.nearest(place); }
   /// A face's centroid. \pre the face is one of the mesh
   visibility::SurfacePoint middle(FaceId face) const { return stage_.middle(face); }
-  /// O(views + faces between the cameras and the point), TBB over views. Masks are read of the views that frame the point.
+  /// O(views + faces between the cameras and the point), TBB over views. Masks are read of the views that they may take something from.
   PointAnswer photos_of(const visibility::SurfacePoint& point) const;
 
  private:
