@@ -54,7 +54,8 @@ Json preview_json(const pipeline::WrittenModel& written) {
 // What has no meaning for a result in tiles.
 bool needs_one_model(const TextureOptions& o) {
   const pipeline::Settings& s = o.settings;
-  return s.editable || !o.from.empty() || s.atlas.max_pages > 0 || s.atlas.max_texels > 0 || s.atlas.band_gains || s.output.max_bytes > 0;
+  return s.editable || !o.from.empty() || s.atlas.max_pages > 0 || s.atlas.max_texels > 0 || s.atlas.band_gains ||
+         s.output.max_bytes > 0;
 }
 
 // What was asked for and tiles do not have: the end of a sentence.
