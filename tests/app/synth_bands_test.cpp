@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-cli::SynthOptions small_city(const fs::path& out) {
+cli::SynthOptions small_banded_city(const fs::path& out) {
   cli::SynthOptions options = cli::synth_defaults(cli::SynthKind::city);
   options.faces = 3000;
   options.flight.size_m = 40;
@@ -28,7 +28,7 @@ cli::SynthOptions small_city(const fs::path& out) {
   return options;
 }
 
-void synthesize(const cli::SynthOptions& options) {
+void synthesize_bands(const cli::SynthOptions& options) {
   cli::Console console(cli::Loudness::quiet, {});
   cli::run_synth(options, console);
 }
@@ -40,7 +40,7 @@ struct RenderedBands {
     samples = synth::band_photo(renderer, view.camera, view.pose, {}, nullptr, bands, photo);
     plain = renderer.photo(view.camera, view.pose);
   }
-  cli::SynthOptions options = small_city({});
+  cli::SynthOptions options = small_banded_city({});
   synth::SynthScene scene;
   View view;
   Samples samples;
@@ -83,9 +83,9 @@ TEST(SynthBands, InfraredIsTheKnownFunctionOfTheColours) {
 
 TEST(SynthBands, InFilesOfTheirOwnAreFoundNamedAndRegistered) {
   const test::TemporaryFolder folder;
-  cli::SynthOptions options = small_city(folder.path());
+  cli::SynthOptions options = small_banded_city(folder.path());
   options.bands = {.count = 5, .type = SampleType::u16, .apart = true};
-  synthesize(options);
+  synthesize_bands(options);
   const Scene scene = io::read_scene(folder.path() / "colmap", {});
   ASSERT_TRUE(scene.bands);
   EXPECT_EQ(scene.bands->bands, synth::bands_of(options.bands).bands);
@@ -112,7 +112,7 @@ TEST(SynthBands, InFilesOfTheirOwnAreFoundNamedAndRegistered) {
   const test::TemporaryFolder stacked;
   options.out = stacked.path();
   options.bands.apart = false;
-  synthesize(options);
+  synthesize_bands(options);
   const Scene one = io::read_scene(stacked.path() / "colmap", {});
   EXPECT_TRUE(one.band_places.empty());
   io::PhotoCache cache(scene, 0), of_one(one, 0);

@@ -488,7 +488,7 @@ TEST(TileFiles, PagesOfAnEarlierResultAreGone) {
   const test::TemporaryFolder folder;
   for (const char* name : {"model_0.jpg", "model_1.jpg", "model_2.jpg"}) std::ofstream(folder.path() / name) << "page";
   const pipeline::OutputSettings settings;
-  PageFiles pages(folder.path(), "", settings, {});
+  PageFiles pages(folder.path(), "", settings, {}, false);
   atlas::AtlasEstimate size;
   size.pages = 1;
   pages.begin(size);
