@@ -137,15 +137,17 @@ void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
   std::vector<std::map<int, Member>> found(scene.views.size());
   std::size_t wanting = 0, grouped = 0;
   std::map<int, Member> all;  // bands of any view
+  std::set<int> primaries;    // orders of the views' own files
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     if (scene.views[i].photo.empty()) continue;
     wanting += needed[i] ? 1 : 0;
     found[i] = groups.of(scene.views[i].photo);
     if (!needed[i] || found[i].size() < 2) continue;
     ++grouped;
+    primaries.insert(band_file_name(scene.views[i].photo)->order);
     all.insert(found[i].begin(), found[i].end());
   }
-  if (grouped == 0 || 2 * grouped < wanting || are_views(scene, found)) return;
+  if (primaries.size() != 1 || 2 * grouped < wanting || are_views(scene, found)) return;
   std::erase_if(all, [&](const auto& band) {
     const Member& member = band.second;
     for (std::size_t i = 0; i < scene.views.size(); ++i) {

@@ -25,7 +25,7 @@ std::optional<BandFileName> band_file_name(const std::filesystem::path& file);
 /// Fills View::band_files of views with a photo, and SceneFile::band_names. By SceneOptions::bands: files with the name of the
 /// photo, the extension and the band aside, in and below each folder; the photo comes first unless it is one of them. Else by
 /// band_file_name(): the files beside the photos of which no one is a view's photo, if half of the views that need their photo
-/// have some. Of these, bands of another size or type than the photo's are left out with a warning. A photo without a file of
+/// have some, and their own photos are all of one band. Of these, bands of another size or type than the photo's are left out with a warning. A photo without a file of
 /// a band is forgotten (forget_photo). Throws InputError for a folder that is none and for a name that is given twice.
 void find_band_files(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options);
 

@@ -509,6 +509,13 @@ TEST(BandFiles, ThatAreViewsOfTheirOwnAreNoBands) {
   EXPECT_EQ(read.bands->bands.size(), 1u);
 }
 
+TEST(BandFiles, OfPhotosOfDifferentBandsAreNotTakenTogether) {
+  const BandScene scene({"IMG_0001_1.tif", "IMG_0002_2.tif"});
+  for (const std::string name : {"IMG_0001_1.tif", "IMG_0001_2.tif", "IMG_0002_1.tif", "IMG_0002_2.tif"})
+    scene.write(name, spread(1, SampleType::u16, 0, 60000));
+  EXPECT_TRUE(scene.read().views[0].band_files.empty());
+}
+
 TEST(BandFiles, OfAnotherSizeAreLeftOutAndSaidSo) {
   const BandScene scene({"IMG_0001_1.tif"});
   scene.write("IMG_0001_1.tif", spread(1, SampleType::u16, 0, 60000));
