@@ -123,7 +123,8 @@ ModelViews::ModelViews(const checks::Input& input, io::PhotoSource& photos, Mode
     : input_(input), photos_(photos), options_(std::move(options)) {
   for (const ViewId id : options_.scored) {
     progress(scored_photos_.size(), options_.scored.size());
-    scored_photos_.push_back(evaluate::photo_to_compare(*photos.photo(id), input.scene.views[index(id)], input.mesh));
+    scored_photos_.push_back(evaluate::photo_to_compare(*photos.photo(id), photos.exclusion(id).get(),
+                                                        input.scene.views[index(id)], input.mesh));
   }
 }
 
@@ -209,8 +210,9 @@ std::vector<Crop> ModelViews::crops(std::span<const ShownModel> models, std::siz
 Crop ModelViews::cut(std::span<const ShownModel> models, const Window& window) const {
   const View& view = cropped_view(window.view);
   Crop crop{view.name, window.x, window.y, window.width, window.height, window.disagreement, {}, {}, {}};
+  const ViewId id = options_.cropped[window.view];
   const evaluate::ComparedPhoto compared =
-      evaluate::photo_to_compare(*photos_.photo(options_.cropped[window.view]), view, input_.mesh);
+      evaluate::photo_to_compare(*photos_.photo(id), photos_.exclusion(id).get(), view, input_.mesh);
   crop.photo = cut_out(compared.photo, window.x, window.y, window.width, window.height);
   std::vector<bool> counted;  // the photo may show more than the mesh covers
   for (int y = window.y; y < window.y + window.height; ++y)

@@ -48,8 +48,10 @@ std::vector<BandScore> evaluate_bands(const Scene& scene, io::PhotoSource& photo
     for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
       const View& view = scene.views[v];
       const Image photo = io::picture_of(*photos.samples(ViewId{v}), alone);
-      const ComparedPhoto compared = options.mesh != nullptr ? photo_to_compare(photo, view, *options.mesh)
-                                                             : photo_to_compare(photo, view, model.mesh, model.offset);
+      const std::shared_ptr<const io::PhotoExclusion> excluded = photos.exclusion(ViewId{v});
+      const ComparedPhoto compared = options.mesh != nullptr
+                                         ? photo_to_compare(photo, excluded.get(), view, *options.mesh)
+                                         : photo_to_compare(photo, excluded.get(), view, model.mesh, model.offset);
       scores.push_back(
           compare_with_photo(compared, render_view(model.model, pages, view, model.offset), options.reduction).score);
       progress(b * scene.views.size() + v + 1, scene.bands->bands.size() * scene.views.size());

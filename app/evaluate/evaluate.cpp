@@ -63,10 +63,11 @@ Evaluation evaluate_model(const Scene& scene, io::PhotoSource& photos, const io:
   for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
     const View& view = scene.views[v];
     const std::shared_ptr<const Image> photo = photos.photo(ViewId{v});
-    const Rephotography result =
-        compare_with_photo(options.mesh != nullptr ? photo_to_compare(*photo, view, *options.mesh)
-                                                   : photo_to_compare(*photo, view, loaded.mesh, loaded.offset),
-                           render_view(model, loaded.pages, view, loaded.offset), options.reduction);
+    const std::shared_ptr<const io::PhotoExclusion> excluded = photos.exclusion(ViewId{v});
+    const Rephotography result = compare_with_photo(
+        options.mesh != nullptr ? photo_to_compare(*photo, excluded.get(), view, *options.mesh)
+                                : photo_to_compare(*photo, excluded.get(), view, loaded.mesh, loaded.offset),
+        render_view(model, loaded.pages, view, loaded.offset), options.reduction);
     evaluation.views.push_back({view.name, result.score});
     scores.push_back(result.score);
     if (options.out) write_picture(*options.out, view.name, result, options.reduction);

@@ -244,20 +244,20 @@ Json score_json(const RephotographyScore& score) {
           {"windows", score.windows}};
 }
 
-ComparedPhoto photo_to_compare(const Image& photo, const View& view, const Mesh& mesh, const WorldPoint& offset) {
+ComparedPhoto photo_to_compare(const Image& photo, const io::PhotoExclusion* excluded, const View& view,
+                               const Mesh& mesh, const WorldPoint& offset) {
   const Camera& camera = view.camera;
   ComparedPhoto result;
   result.photo = pipeline::undistort_photo(photo, camera, {0, 0, camera.width, camera.height}, result.inside);
   result.covered = covered_pixels(mesh, view, offset);
-  const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
-  if (!exclusion) return result;
+  if (excluded == nullptr) return result;
   std::size_t pixel = 0;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x, ++pixel) {
       if (result.inside[pixel] == 0) continue;
       const PhotoPoint p = *photo_from_pixel(camera, {x + 0.5, y + 0.5});
-      if (exclusion->excludes(std::min(static_cast<int>(p.x), exclusion->width - 1),
-                              std::min(static_cast<int>(p.y), exclusion->height - 1)))
+      if (excluded->excludes(std::min(static_cast<int>(p.x), excluded->width - 1),
+                             std::min(static_cast<int>(p.y), excluded->height - 1)))
         result.inside[pixel] = 0;
     }
   return result;

@@ -8,6 +8,7 @@
 
 #include "app/evaluate/json.h"
 #include "app/pipeline/render_model.h"
+#include "io/photos.h"
 #include "io/scene.h"
 
 namespace gpvc::evaluate {
@@ -57,8 +58,9 @@ struct ComparedPhoto {
   std::vector<std::uint8_t> covered;  ///< the mesh covers the pixel's centre
 };
 
-/// `offset` is to be added to the mesh's positions. Throws InputError.
-ComparedPhoto photo_to_compare(const Image& photo, const View& view, const Mesh& mesh, const WorldPoint& offset = {});
+/// \param excluded null: no pixel \param offset is to be added to the mesh's positions
+ComparedPhoto photo_to_compare(const Image& photo, const io::PhotoExclusion* excluded, const View& view,
+                               const Mesh& mesh, const WorldPoint& offset = {});
 /// Per pixel of the view's frame: 255 where the mesh covers its centre, else 0.
 std::vector<std::uint8_t> covered_pixels(const Mesh& mesh, const View& view, const WorldPoint& offset = {});
 /// The model as the view shows it; `offset` is to be added to its positions.

@@ -11,6 +11,7 @@
 #include "io/bands/band_range.h"
 #include "io/bands/band_registration.h"
 #include "io/files/text_scan.h"
+#include "io/images/image_bounds.h"
 #include "io/images/image_file.h"
 #include "io/names.h"
 #include "io/photos.h"
@@ -40,9 +41,10 @@ std::vector<fs::path> band_files_of(const View& view) {
   return view.band_files.empty() ? std::vector{view.photo} : view.band_files;
 }
 
-bool is_jpeg_name(const fs::path& file) {
-  const std::string extension = lower_case(file.extension().string());
-  return extension == ".jpg" || extension == ".jpeg";
+/// By its bytes, as all readers of photos go: of most scenes that is all that has to be looked at.
+bool is_jpeg(const fs::path& file) {
+  const FileBytes bytes = image_bytes(file, FileBytes::Use::in_places);
+  return ImageBytes{file, "", bytes.view()}.is_jpeg();
 }
 
 bool is_tiff_name(const fs::path& file) {
@@ -74,9 +76,15 @@ class BandFinder {
   void find() {
     const auto may_be_more = [&](std::size_t i) {
       const View& view = scene_.views[i];
-      return !view.band_files.empty() || !is_jpeg_name(view.photo);
+      return !view.band_files.empty() || !is_jpeg(view.photo);
     };
-    if (std::ranges::none_of(views_, may_be_more)) return;
+    std::vector<char> more(scene_.views.size(), 0);
+    throw_together(for_each_photo(scene_.views,
+                                  [&](std::size_t i) {
+                                    if (std::ranges::binary_search(views_, i)) more[i] = may_be_more(i) ? 1 : 0;
+                                  }),
+                   "photos cannot be used");
+    if (std::ranges::none_of(more, [](char any) { return any != 0; })) return;
     read_headers();
     if (!holds_more()) return;
     if (!all_alike()) return;
