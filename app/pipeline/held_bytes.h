@@ -28,7 +28,12 @@ inline constexpr double kDrawnVertex = sizeof(CameraPoint) + sizeof(PixelPoint);
 inline constexpr double kSummedFace = 100;
 /// Two views are in work: each has item buffer and photo, and one more photo is decoded. The factor is for the strip along
 /// silhouettes and the depths that are drawn.
-inline double seen_pixel(const Workload& work) { return 1.53 * (2 * kOwnerPixel + 3 * work.photo_pixel_bytes()); }
+/// Two photos at a time are decoded. Where they have bands, each has its file in memory and, of photos of which only the picture is
+/// wanted, its samples.
+inline double decoding_pixel(const Workload& work) { return 2 * work.sample_bytes; }
+inline double seen_pixel(const Workload& work) {
+  return 1.53 * (2 * kOwnerPixel + 3 * kPhotoPixel) + 2 * decoding_pixel(work);
+}
 /// Where background is looked for: some 62 bytes for a square of 4 x 4 pixels, and two bits a pixel.
 inline constexpr double kBackgroundPixel = 62.0 / 16 + 0.25;
 

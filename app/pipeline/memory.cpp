@@ -180,9 +180,10 @@ MemoryNeed memory_need(const Workload& work, int threads) {
   // Photos. Views at vertices, of which there are half as many as faces, where they are blended: 16 bytes each. Charts, texture
   // coordinates and offsets of the faces.
   constexpr double kCharts = 250, kVertexView = 16;
-  need.bake = always + (kCandidate + kVertexView / 2) * work.pairs +
-              work.photo_pixel_bytes() * static_cast<double>(atlas::photos_held()) * work.most_pixels +
-              kCharts * work.faces;
+  need.bake =
+      always + (kCandidate + kVertexView / 2) * work.pairs +
+      (work.photo_pixel_bytes() * static_cast<double>(atlas::photos_held()) + decoding_pixel(work)) * work.most_pixels +
+      kCharts * work.faces;
   // Texture coordinates and the pieces of the GLB; the preview and the pages that it is drawn with.
   constexpr double kWrittenFace = 40, kPreview = 120e6;
   need.write = kProgram + mesh(work) + kWrittenFace * work.faces + kPreview;

@@ -221,7 +221,7 @@ class BandFinder {
     std::vector<std::vector<float>> samples(some.size());
     std::vector<std::vector<std::vector<BandMatch>>> matches(some.size(), std::vector<std::vector<BandMatch>>(files));
     bool linear_light = first().files[0].linear_light;
-    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t n) {
+    const auto look = [&](std::size_t n) {
       try {
         const View& v = view(some[n]);
         const BandPhoto photo = read_band_photo(v, set, {});
@@ -234,7 +234,14 @@ class BandFinder {
       } catch (const InputError&) {
         // told where the photo is used
       }
-    });
+    };
+    // No memory is planned yet: as many together as are small beside what any run takes, files and samples counted.
+    constexpr std::size_t kMostBytes = 200'000'000;
+    const ImageSize pixels = first().files[0].size;
+    const std::size_t photo_bytes = 2 * pixel_index(0, pixels.height, pixels.width) * set.pixel_bytes();
+    const std::size_t together = std::max<std::size_t>(1, kMostBytes / std::max<std::size_t>(1, photo_bytes));
+    for (std::size_t first_of = 0; first_of < some.size(); first_of += together)
+      tbb::parallel_for(first_of, std::min(some.size(), first_of + together), look);
     std::vector<float> all;
     for (const std::vector<float>& of_photo : samples) all.insert(all.end(), of_photo.begin(), of_photo.end());
     set_range(set, std::move(all), linear_light);
