@@ -14,6 +14,8 @@
 #include "coverage_store.h"
 
 namespace gpvc {
+template <>
+inline constexpr bool io::detail::kIsVector<Pixels> = true;
 GPVC_MEMBERS(Image, width, height, channels, pixels)
 }  // namespace gpvc
 

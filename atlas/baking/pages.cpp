@@ -42,7 +42,7 @@ void Page::spill(io::ScratchFile& file, std::size_t place) {
     file.write(place, bytes, count);
     place += count;
   });
-  free_memory(image.pixels);
+  image.pixels = {};
   free_memory(samples.bytes);
   free_memory(state);
 }

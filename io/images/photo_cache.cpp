@@ -98,7 +98,7 @@ Photo decode(const View& view, const Scene& scene, bool with_samples, const std:
   if (exclusion) paint_over(image, *exclusion);
   if (exclusion && samples) paint_over(*samples, *exclusion);
   const auto replace = [&](Image made) {
-    spare->give(std::move(image.pixels));
+    spare->give(image.pixels.release());
     image = std::move(made);
   };
   if (view.reduction != 1) {
@@ -111,7 +111,7 @@ Photo decode(const View& view, const Scene& scene, bool with_samples, const std:
   }
   exclusion = view.uses_alpha || scene.bands ? fit_to_view(std::move(exclusion), view) : std::nullopt;
   return {new DecodedPhoto(std::move(photo)), [spare](DecodedPhoto* held) {
-            spare->give(std::move(held->image.pixels));
+            spare->give(held->image.pixels.release());
             delete held;
           }};
 }

@@ -326,7 +326,7 @@ TEST_F(PhotosAndPoses, PhotosInAnotherOrderAreRefused) {
 TEST_F(PhotosAndPoses, PhotosUpsideDownAreNamedInTheError) {
   std::vector<io::Picture> pictures = city_->pictures;
   for (io::Picture& picture : pictures) {
-    std::vector<std::uint8_t>& levels = picture.image.pixels;
+    Pixels& levels = picture.image.pixels;
     std::ranges::reverse(levels);
     for (std::size_t i = 0; i < levels.size(); i += 3) std::swap(levels[i], levels[i + 2]);
   }

@@ -35,9 +35,9 @@ Image picture(int width, int height) {
 }
 
 /// Written by OpenImageIO itself, in a layout of the test's choice.
-template <typename T>
+template <typename Values>
 std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int width, int height, int channels,
-                            OIIO::TypeDesc type, const std::vector<T>& samples,
+                            OIIO::TypeDesc type, const Values& samples,
                             const std::vector<std::pair<std::string, int>>& attributes = {}) {
   const auto file = folder.path() / name;
   OIIO::ImageSpec spec(width, height, channels, type);
@@ -150,7 +150,7 @@ TEST(ReadImage, ToleratesStrayBytesInJpegButNoCutBehindThem) {
   const Image image = picture(200, 150);
   write_image(file, image, ImageFormat::jpg, 90);
   const std::string good = test::read_file(file);
-  const Bytes pixels = read_image(file).pixels;
+  const Pixels pixels = read_image(file).pixels;
   const std::size_t table = good.find("\xFF\xC4");
   ASSERT_NE(table, std::string::npos);
   const std::string stray = good.substr(0, table) + "stray" + good.substr(table);
@@ -222,7 +222,7 @@ TEST(ReadImage, TakesPaddingBehindJpegDataButNoDataWithoutPlace) {
   const auto file = folder.path() / "a.jpg";
   write_image(file, picture(200, 150), ImageFormat::jpg, 90);
   const std::string good = test::read_file(file);
-  const Bytes pixels = read_image(file).pixels;
+  const Pixels pixels = read_image(file).pixels;
   const std::size_t data = good.find("\xFF\xDA") + 20, end = good.rfind("\xFF\xD9");
   const auto padded = [&](const std::string& padding) { return good.substr(0, end) + padding + good.substr(end); };
   for (const std::string& padding :

@@ -114,8 +114,8 @@ TEST(PhotoKinds, LightInFloatsAndHalvesGetsTheScreensCurve) {
     return read_image(folder.write(
         "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n" + more + "\n-Y 1 +X 2\n\xCC\xCC\xCC\x7E\xCC\xCC\xCC\x7E"));
   };
-  EXPECT_NEAR(hdr("").pixels.at(0), 124, 1);
-  EXPECT_NEAR(hdr("GAMMA=0.4545\n").pixels.at(0), 51, 1);
+  EXPECT_NEAR(hdr("").pixels[0], 124, 1);
+  EXPECT_NEAR(hdr("GAMMA=0.4545\n").pixels[0], 51, 1);
   // A TIFF's floats are not said to be light.
   EXPECT_EQ(read_image(store(folder, "a.tif", 1, OIIO::TypeFloat, std::vector<float>{0, 0.2f, 1})).pixels,
             (Bytes{0, 0, 0, 51, 51, 51, 255, 255, 255}));
