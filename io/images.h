@@ -28,6 +28,16 @@ Samples read_samples(const std::filesystem::path& file);
 /// is, and the whole file only if it is not; of a PNG the heads of its chunks.
 void check_photo_end(const std::filesystem::path& file);
 
+struct ImageSize {
+  int width = 0, height = 0;
+  bool operator==(const ImageSize&) const = default;
+};
+/// As stored: EXIF orientation is not applied. From the header alone. Throws InputError.
+ImageSize read_image_size(const std::filesystem::path& file);
+
+/// From the header alone. Throws InputError.
+bool has_alpha(const std::filesystem::path& file);
+
 /// True if a pixel has one colour channel. From the header alone. Throws InputError.
 bool is_grey(const std::filesystem::path& file);
 

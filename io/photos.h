@@ -128,21 +128,25 @@ class PictureSource final : public PhotoSource {
   std::vector<std::shared_ptr<const Samples>> samples_;
 };
 
-/// Pictures that a function makes when they are asked for. It is called from several threads at a time, and once for each
-/// time a photo or an exclusion is asked for: nothing is kept.
+/// Pictures that a function makes when they are asked for, kept as by PhotoCache. It is called from several threads at a time,
+/// but for one view by one of them, and again only when nobody holds that view's picture any more and it did not fit.
 class CallbackSource final : public PhotoSource {
  public:
   using Load = std::function<Picture(ViewId view)>;
   /// Borrows the scene.
   CallbackSource(const Scene& scene, Load load);
+  ~CallbackSource() override;
   /// Throws std::invalid_argument as PictureSource does, and what the function throws.
   std::shared_ptr<const Image> photo(ViewId view) override;
+  /// Makes the picture, too.
   std::shared_ptr<const PhotoExclusion> exclusion(ViewId view) override;
   std::shared_ptr<const Samples> samples(ViewId view) override;
+  void keep_at_most(std::size_t bytes) override;
+  PhotoDecodes decodes() const override;
 
  private:
-  const Scene& scene_;
-  Load load_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 /// At the view's camera size: pixels that are black in the view's mask, or darker than half of white where it is grey

@@ -19,14 +19,8 @@ namespace gpvc::io {
 /// Throws InputError for a path where no file lies.
 FileBytes image_bytes(const std::filesystem::path& file, FileBytes::Use use);
 
-struct ImageSize {
-  int width = 0, height = 0;
-};
 /// "WIDTH x HEIGHT".
 inline std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
-/// From the header alone. Throws InputError.
-ImageSize read_image_size(const std::filesystem::path& file);
 
 struct PhotoHeader {
   ImageSize size;                         ///< as stored (orientation not applied)
@@ -38,9 +32,6 @@ struct PhotoHeader {
 };
 /// From the header alone. Throws InputError, also for samples of a type that photos can't have.
 PhotoHeader read_photo_header(const std::filesystem::path& file);
-
-/// From the header alone. Throws InputError.
-bool has_alpha(const std::filesystem::path& file);
 
 /// Where the pixels of a picture lie: so many bytes, of any values.
 using PixelRoom = std::function<std::vector<std::uint8_t>(std::size_t bytes)>;

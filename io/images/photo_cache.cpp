@@ -1,11 +1,7 @@
 // Photos from files, decoded once while they fit a budget.
 #include <algorithm>
-#include <future>
-#include <list>
 #include <mutex>
 #include <optional>
-#include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -13,6 +9,7 @@
 #include "io/file_hashes.h"
 #include "io/images.h"
 #include "io/images/image_file.h"
+#include "io/images/kept_photos.h"
 #include "io/images/mask_file.h"
 #include "io/lens/spherical.h"
 #include "io/photos.h"
@@ -28,8 +25,7 @@ struct DecodedPhoto {
   std::optional<PhotoExclusion> exclusion{};
   std::optional<Samples> samples{};  ///< of a scene with bands, where they were asked for
   std::size_t bytes() const {
-    return std::max<std::size_t>(
-        1, image.pixels.size() + (exclusion ? 8 * exclusion->words.size() : 0) + (samples ? samples->bytes.size() : 0));
+    return image.pixels.size() + (exclusion ? 8 * exclusion->words.size() : 0) + (samples ? samples->bytes.size() : 0);
   }
 };
 using Photo = std::shared_ptr<const DecodedPhoto>;
@@ -121,33 +117,16 @@ Photo decode(const View& view, const Scene& scene, bool with_samples, const std:
 struct PhotoCache::State {
   State(const Scene& of, std::size_t limit, FileHashes* known)
       : scene(of),
-        limit_bytes(limit),
         shown_by(photo_of_view(of)),
-        held(of.views.size()),
+        kept(of.views.size(), limit),
         hashes(known != nullptr ? *known : own_hashes) {}
 
-  struct Entry {
-    std::shared_future<Photo> photo;
-    bool with_samples = false;
-    std::size_t bytes = 0;  ///< 0 while it is decoded; such entries are never dropped
-    std::list<std::size_t>::iterator age;
-  };
-
   const Scene& scene;
-  std::size_t limit_bytes;
   std::vector<std::uint32_t> shown_by;  ///< per view, see photo_of_view
-  std::mutex mutex;
-  std::vector<std::weak_ptr<const DecodedPhoto>> held;  ///< per view, what somebody may still hold of it
-  std::unordered_set<std::size_t> decoded;
-  std::size_t decodes = 0;
-  std::unordered_map<std::size_t, Entry> entries;
-  std::list<std::size_t> by_age;  ///< least recently used first
-  std::size_t bytes = 0;
+  KeptPhotos<DecodedPhoto> kept;
   std::shared_ptr<SpareMemory> spare = std::make_shared<SpareMemory>();  ///< photos handed out may outlive the cache
   FileHashes own_hashes;
   FileHashes& hashes;  ///< of files as they were first read
-
-  Photo fetch(std::size_t key, bool with_samples = false);
 
   /// The hash of a file, which must be what it was first, be it when the scene was read.
   WorkKey hash_of(const std::filesystem::path& file) {
@@ -171,22 +150,11 @@ struct PhotoCache::State {
     return result;
   }
 
-  void drop_oldest_beyond_limit() {
-    for (auto age = by_age.begin(); bytes > limit_bytes && age != by_age.end();) {
-      const auto entry = entries.find(*age);
-      if (entry->second.bytes == 0) {
-        ++age;
-        continue;
-      }
-      ++age;
-      drop(entry);
-    }
-  }
-
-  void drop(std::unordered_map<std::size_t, Entry>::iterator entry) {
-    bytes -= entry->second.bytes;
-    by_age.erase(entry->second.age);
-    entries.erase(entry);
+  Photo fetch(std::size_t view, bool with_samples = false) {
+    const auto decode_view = [&](const View& v) { return decode(v, scene, with_samples, spare); };
+    return kept.fetch(
+        view, [&] { return read_unchanged(scene.views.at(view), decode_view); },
+        [with_samples](const DecodedPhoto& photo) { return photo.samples || !with_samples; });
   }
 };
 
@@ -223,18 +191,13 @@ std::optional<WorkKey> PhotoCache::key(ViewId view) {
 }
 
 void PhotoCache::keep_at_most(std::size_t bytes) {
-  const std::lock_guard lock(state_->mutex);
-  state_->limit_bytes = bytes;
-  state_->drop_oldest_beyond_limit();
+  state_->kept.keep_at_most(bytes);
   state_->spare->free();
 }
 
 void PhotoCache::free_buffers() { state_->spare->free(); }
 
-PhotoDecodes PhotoCache::decodes() const {
-  const std::lock_guard lock(state_->mutex);
-  return {state_->decoded.size(), state_->decodes};
-}
+PhotoDecodes PhotoCache::decodes() const { return state_->kept.decodes(); }
 
 std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
   const Photo photo = state_->fetch(state_->shown_by.at(index(view)));
@@ -244,52 +207,6 @@ std::shared_ptr<const Image> PhotoCache::photo(ViewId view) {
 std::shared_ptr<const Samples> PhotoCache::samples(ViewId view) {
   const Photo photo = state_->fetch(state_->shown_by.at(index(view)), true);
   return {photo, &*photo->samples};
-}
-
-Photo PhotoCache::State::fetch(std::size_t key, bool with_samples) {
-  std::promise<Photo> promise;
-  while (true) {
-    std::unique_lock lock(mutex);
-    if (const auto found = entries.find(key); found != entries.end()) {
-      by_age.splice(by_age.end(), by_age, found->second.age);
-      const std::shared_future<Photo> photo = found->second.photo;
-      if (found->second.with_samples || !with_samples) {
-        lock.unlock();
-        return photo.get();
-      }
-      if (found->second.bytes == 0) {  // is decoded by another thread, without samples
-        lock.unlock();
-        photo.wait();
-        continue;
-      }
-      drop(found);
-    }
-    if (Photo photo = held[key].lock(); photo && (photo->samples || !with_samples)) return photo;
-    entries[key] = {promise.get_future().share(), with_samples, 0, by_age.insert(by_age.end(), key)};
-    break;
-  }
-  try {
-    Photo photo =
-        read_unchanged(scene.views.at(key), [&](const View& v) { return decode(v, scene, with_samples, spare); });
-    promise.set_value(photo);
-    const std::lock_guard lock(mutex);
-    ++decodes;
-    decoded.insert(key);
-    held[key] = photo;
-    Entry& entry = entries.at(key);
-    entry.bytes = photo->bytes();
-    bytes += entry.bytes;
-    drop_oldest_beyond_limit();
-    return photo;
-  } catch (...) {
-    // All waiting threads get the error; the next request tries again.
-    {
-      const std::lock_guard lock(mutex);
-      drop(entries.find(key));
-    }
-    promise.set_exception(std::current_exception());
-    throw;
-  }
 }
 
 }  // namespace gpvc::io

@@ -2,6 +2,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "io/images/kept_photos.h"
 #include "io/images/mask_file.h"
 #include "io/photos.h"
 
@@ -58,22 +59,59 @@ std::shared_ptr<const PhotoExclusion> PictureSource::exclusion(ViewId view) { re
 
 std::shared_ptr<const Samples> PictureSource::samples(ViewId view) { return samples_.at(index(view)); }
 
-CallbackSource::CallbackSource(const Scene& scene, Load load) : scene_(scene), load_(std::move(load)) {}
+namespace {
+
+struct MadePhoto {
+  std::shared_ptr<const Samples> samples;  ///< null for a scene without bands
+  Image image;
+  std::optional<PhotoExclusion> exclusion{};
+  std::size_t bytes() const {
+    return image.pixels.size() + (exclusion ? 8 * exclusion->words.size() : 0) + (samples ? samples->bytes.size() : 0);
+  }
+};
+
+}  // namespace
+
+struct CallbackSource::State {
+  State(const Scene& of, Load function) : scene(of), load(std::move(function)), kept(of.views.size(), 0) {}
+
+  const Scene& scene;
+  Load load;
+  KeptPhotos<MadePhoto> kept;
+
+  std::shared_ptr<const MadePhoto> fetch(ViewId id) {
+    return kept.fetch(index(id), [&] {
+      const View& view = scene.views.at(index(id));
+      Picture picture = load(id);
+      check_picture(view, picture.image);
+      MadePhoto made{usable_samples(scene, view, std::move(picture)), std::move(picture.image),
+                     std::move(picture.exclusion)};
+      if (made.exclusion) paint_over(made.image, *made.exclusion);
+      return std::make_shared<const MadePhoto>(std::move(made));
+    });
+  }
+};
+
+CallbackSource::CallbackSource(const Scene& scene, Load load)
+    : state_(std::make_unique<State>(scene, std::move(load))) {}
+
+CallbackSource::~CallbackSource() = default;
 
 std::shared_ptr<const Image> CallbackSource::photo(ViewId view) {
-  return usable_image(scene_.views.at(index(view)), load_(view));
+  const auto made = state_->fetch(view);
+  return {made, &made->image};
 }
 
-std::shared_ptr<const Samples> CallbackSource::samples(ViewId view) {
-  return usable_samples(scene_, scene_.views.at(index(view)), load_(view));
-}
+std::shared_ptr<const Samples> CallbackSource::samples(ViewId view) { return state_->fetch(view)->samples; }
 
 std::shared_ptr<const PhotoExclusion> CallbackSource::exclusion(ViewId view) {
-  Picture picture = load_(view);
-  check_picture(scene_.views.at(index(view)), picture.image);
-  if (!picture.exclusion) return nullptr;
-  return std::make_shared<const PhotoExclusion>(std::move(*picture.exclusion));
+  const auto made = state_->fetch(view);
+  return made->exclusion ? std::shared_ptr<const PhotoExclusion>(made, &*made->exclusion) : nullptr;
 }
+
+void CallbackSource::keep_at_most(std::size_t bytes) { state_->kept.keep_at_most(bytes); }
+
+PhotoDecodes CallbackSource::decodes() const { return state_->kept.decodes(); }
 
 std::vector<std::filesystem::path> files_of(const View& view) {
   std::vector<std::filesystem::path> files;
