@@ -1,12 +1,10 @@
 #include "app/cli/option_parts.h"
 
-#include <cctype>
-#include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <string_view>
+#include <optional>
 
 #include "app/cli/command_options.h"
+#include "app/results/observer.h"
 
 namespace gpvc::cli {
 
@@ -15,23 +13,9 @@ CLI::Validator not_empty() {
 }
 
 std::size_t bytes_from(const std::string& option, const std::string& given) {
-  constexpr std::string_view kUnits = "kmgt";
-  constexpr double kMost = 0x1p60;
-  char* end = nullptr;
-  const double number = std::strtod(given.c_str(), &end);
-  std::string unit;
-  for (; *end != '\0'; ++end)
-    if (*end != ' ') unit.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(*end))));
-  double factor = 1;
-  if (const std::size_t power = unit.empty() ? std::string_view::npos : kUnits.find(unit.front());
-      power != std::string_view::npos) {
-    const bool binary = unit.size() > 1 && unit[1] == 'i';
-    factor = std::pow(binary ? 1024.0 : 1000.0, static_cast<double>(power + 1));
-    unit.erase(0, binary ? 2 : 1);
-  }
-  if (end == given.c_str() || !(unit.empty() || unit == "b") || !(number > 0) || !(number * factor < kMost))
-    throw CLI::ValidationError(option, fmt::format("'{}' is no amount of memory such as 600M or 4G", given));
-  return static_cast<std::size_t>(number * factor);
+  const std::optional<std::size_t> bytes = results::bytes_from_text(given);
+  if (!bytes) throw CLI::ValidationError(option, fmt::format("'{}' is no amount of memory such as 600M or 4G", given));
+  return *bytes;
 }
 
 void add_common(CLI::App& app, CommonOptions& common, const std::string& footer) {

@@ -34,8 +34,7 @@ CLI::Validator in_range(Value least, Value most) {
 
 CLI::Validator not_empty();
 
-/// Reads "600M", "4G", "1.5 GB" (powers of 1000) or "4Gi", "4GiB" (powers of 1024). Throws CLI::ValidationError about
-/// `option`.
+/// results::bytes_from_text(). Throws CLI::ValidationError about `option`.
 std::size_t bytes_from(const std::string& option, const std::string& given);
 
 /// Adds options of a command under one heading of its help. They write into `value`, which must outlive the parsing.

@@ -72,15 +72,14 @@ std::string xml_text(const std::string& text) {
   return escaped;
 }
 
-// The model with faces taken off their pages, which leaves them out of a glTF and of the preview.
+}  // namespace
+
 io::TexturedModel without_dropped(io::TexturedModel model, std::span<const labeling::FaceTag> tags,
                                   atlas::UnseenFaces unseen) {
   for (std::size_t face = 0; face < model.face_page.size(); ++face)
     if (atlas::is_dropped(unseen, tags[face])) model.face_page[face] = io::kNoPage;
   return model;
 }
-
-}  // namespace
 
 bool has_offset(const io::ModelOptions& model) {
   return !(model.offset == WorldPoint{}) || !model.srs.empty() || !(model.srs_offset == WorldPoint{});

@@ -34,6 +34,10 @@ std::optional<Samples> samples_beside(const std::filesystem::path& folder, std::
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,
                                Coordinates coordinates = Coordinates::of_mesh_file);
 
+/// The model with the faces taken off their pages that are in no glTF and no preview (atlas::is_dropped()).
+io::TexturedModel without_dropped(io::TexturedModel model, std::span<const labeling::FaceTag> tags,
+                                  atlas::UnseenFaces unseen);
+
 /// Beside a model whose coordinates are not the scene's own, or whose reference system is known: what to add to them.
 inline constexpr const char* kOffsetFile = "offset.txt";
 bool has_offset(const io::ModelOptions& model);

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <string_view>
 
 namespace gpvc::results {
 
@@ -54,6 +57,26 @@ std::string readable_duration(double seconds) {
 
 std::string readable_bytes(double bytes) {
   return bytes < 0.995e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6)) : fmt::format("{:.1f} GB", bytes / 1e9);
+}
+
+std::optional<std::size_t> bytes_from_text(const std::string& text) {
+  constexpr std::string_view kUnits = "kmgt";
+  constexpr double kMost = 0x1p60;
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (end == text.c_str()) return std::nullopt;
+  std::string unit;
+  for (; *end != '\0'; ++end)
+    if (*end != ' ') unit.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(*end))));
+  double factor = 1;
+  if (const std::size_t power = unit.empty() ? std::string_view::npos : kUnits.find(unit.front());
+      power != std::string_view::npos) {
+    const bool binary = unit.size() > 1 && unit[1] == 'i';
+    factor = std::pow(binary ? 1024.0 : 1000.0, static_cast<double>(power + 1));
+    unit.erase(0, binary ? 2 : 1);
+  }
+  if (!(unit.empty() || unit == "b") || !(number > 0) || !(number * factor < kMost)) return std::nullopt;
+  return static_cast<std::size_t>(number * factor);
 }
 
 std::string readable_list(std::span<const std::string> names, std::size_t most) {

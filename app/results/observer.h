@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -65,6 +66,8 @@ std::string printable(const std::string& text);
 std::string readable_count(std::size_t count);
 /// "640 MB", "3.2 GB".
 std::string readable_bytes(double bytes);
+/// Reads "600M", "4G", "1.5 GB" (powers of 1000) or "4Gi", "4GiB" (powers of 1024); nullopt for what is no amount of 1 byte to 2^60.
+std::optional<std::size_t> bytes_from_text(const std::string& text);
 /// "45 s", "2 min 10 s", "3 h 5 min".
 std::string readable_duration(double seconds);
 /// The first `most` of some names: "a, b, c, ...".

@@ -27,5 +27,13 @@ TEST(Printable, EscapesControlCharactersAndWhatIsNoUtf8) {
   EXPECT_EQ(printable("\xC0\xAF\xF8"), "\\xc0\\xaf\\xf8");
 }
 
+TEST(BytesFromText, ReadsAmountsOfMemory) {
+  EXPECT_EQ(bytes_from_text("600M"), 600'000'000u);
+  EXPECT_EQ(bytes_from_text("1.5 GB"), 1'500'000'000u);
+  EXPECT_EQ(bytes_from_text("4GiB"), std::size_t{4} << 30);
+  for (const char* wrong : {"", "M", "4X", "-1G", "0", "1e30", "4 Gigs"})
+    EXPECT_EQ(bytes_from_text(wrong), std::nullopt) << wrong;
+}
+
 }  // namespace
 }  // namespace gpvc::results
