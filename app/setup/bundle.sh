@@ -38,17 +38,9 @@ rm -rf "$out" "$out.tar.xz"
 mkdir -p "$out/bin" "$out/lib/gpvc" "$out/share/gpvc/licences"
 cp "$program" "$out/bin/gpvc-texrecon"
 ln -s gpvc-texrecon "$out/bin/texrecon"
-# All libraries but those of the C library, which the system's loader belongs to.
-ldd "$program" | awk '$2 == "=>" && $3 ~ /^\// { print $3 }' | grep -vE '/(libc|libm|libdl|librt|libpthread|libresolv|ld-[^/]*)\.so' |
-  while read -r library; do
-    cp -L "$library" "$out/lib/gpvc/"
-    package=$(dpkg -S "*/$(basename "$(realpath "$library")")" | head -1 | cut -d: -f1)
-    [ ! -f "/usr/share/doc/$package/copyright" ] || cp "/usr/share/doc/$package/copyright" "$out/share/gpvc/licences/$package"
-  done
-strip --strip-unneeded "$out/bin/gpvc-texrecon" "$out"/lib/gpvc/*
+"$root/app/setup/take_libraries.sh" "$out/bin/gpvc-texrecon" "$out/lib/gpvc" "$out/share/gpvc/licences"
 # DT_RPATH, which is asked before LD_LIBRARY_PATH and for libraries of libraries, too: what lies there belongs together.
 patchelf --force-rpath --set-rpath '$ORIGIN/../lib/gpvc' "$out/bin/gpvc-texrecon"
-for library in "$out"/lib/gpvc/*; do patchelf --remove-rpath "$library"; done
 
 # What it still takes from the system, and how new that has to be.
 outside=$(ldd "$out/bin/gpvc-texrecon" | awk '$2 == "=>" { print $3 }' | grep -v "^$(realpath "$out")/" | xargs -n 1 basename | sort | tr '\n' ' ')

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# install_packages.sh [build|test|clang|bundle]: installs the Debian packages of packages.txt that are missing, and nothing else.
+# install_packages.sh [build|test|clang|bundle|wheel]: installs the Debian packages of packages.txt that are missing, and nothing else.
 # Quiet and quick when all are there.
 set -euo pipefail
 list=$(dirname "$0")/packages.txt
@@ -9,7 +9,8 @@ case $wanted in
   test) sections='build|test' ;;
   clang) sections='build|clang' ;;
   bundle) sections='build|bundle' ;;
-  *) echo "install_packages.sh: expected build, test, clang or bundle, got '$wanted'" >&2; exit 2 ;;
+  wheel) sections='build|wheel' ;;
+  *) echo "install_packages.sh: expected build, test, clang, bundle or wheel, got '$wanted'" >&2; exit 2 ;;
 esac
 
 packages=$(awk -v sections="^($sections)\$" '

@@ -1,0 +1,130 @@
+#include "app/python/texture.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "app/checks/input.h"
+#include "app/evaluate/scene_json.h"
+#include "app/pipeline/web_model.h"
+#include "app/python/options.h"
+#include "app/python/run_observer.h"
+#include "app/python/save.h"
+
+namespace gpvc::python {
+namespace {
+
+using Result = std::shared_ptr<TextureResult>;
+
+struct TextureRequest {
+  PhotoScene photos;
+  Result result;  ///< with what is to be textured
+  std::string mesh_crs;
+  int threads = 0;
+};
+
+void run(const TextureRequest& request, RunObserver& observer) {
+  std::optional<tbb::global_control> limit;
+  if (request.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(request.threads));
+  TextureResult& result = *request.result;
+  observer.begin({"read"});
+  checks::prepare(result.scene, result.mesh, result.views, {TextureResult::kMeshName, request.mesh_crs}, observer);
+  observer.end("");
+  result.settings = pipeline::with_target(result.settings, result.mesh.faces.size());
+  const std::unique_ptr<io::PhotoSource> photos = request.photos.photos(result.scene);
+  const pipeline::Input input = result.input();
+  result.textured = pipeline::texture({input, result.settings, *photos, observer});
+  const io::PhotoDecodes decodes = photos->decodes();
+  observer.figure("decodes.photos", decodes.photos);
+  observer.figure("decodes.all", decodes.times);
+  auto report = evaluate::Json::parse(observer.json());
+  report["device"] = evaluate::device_json(result.textured.device);
+  result.report = evaluate::json_text(report);
+}
+
+Result texture(const PhotoScene& photos, const py::array_t<double, py::array::c_style>& vertices,
+               const py::array_t<std::uint32_t, py::array::c_style>& faces, const std::vector<std::uint32_t>& views,
+               const py::dict& options, const std::string& mesh_crs, int threads, int device, py::object progress) {
+  std::vector<ViewId> used;
+  for (const std::uint32_t view : views) used.push_back(ViewId{view});
+  TextureRequest request{photos,
+                         std::make_shared<TextureResult>(TextureResult{*photos.scene, mesh_from(vertices, faces),
+                                                                       std::move(used), settings_from(options)}),
+                         mesh_crs, threads};
+  request.result->settings.device = device;
+  const CancelFlag cancelled = cancel_flag();
+  const auto observer = std::make_shared<RunObserver>(cancelled, std::move(progress));
+  Worker().call([=] { run(request, *observer); }, cancelled);
+  return request.result;
+}
+
+// (F, 3, 2)
+py::array_t<float> texture_coordinates(const TextureResult& result) {
+  const io::TexturedModel& model = result.textured.atlas.model;
+  const std::size_t faces = model.face_page.size();
+  py::array_t<float> uv({static_cast<py::ssize_t>(faces), py::ssize_t{3}, py::ssize_t{2}});
+  float* to = uv.mutable_data();
+  for (std::size_t face = 0; face < faces; ++face)
+    for (const std::uint32_t corner : model.face_texcoords[face]) {
+      const bool has_page = model.face_page[face] != io::kNoPage;
+      const io::TexCoord at = has_page ? model.texcoords[corner] : io::TexCoord{};
+      *to++ = at.u;
+      *to++ = at.v;
+    }
+  return uv;
+}
+
+py::list pages(const Result& result) {
+  py::list all;
+  for (const Image& page : result->textured.atlas.pages)
+    all.append(read_only_array(std::as_const(page).pixels.data(), {page.height, page.width, page.channels}, result));
+  return all;
+}
+
+template <typename To, typename From>
+py::array_t<To> per_face(const std::vector<From>& values) {
+  py::array_t<To> array(static_cast<py::ssize_t>(values.size()));
+  std::ranges::transform(values, array.mutable_data(), [](From value) { return static_cast<To>(value); });
+  return array;
+}
+
+}  // namespace
+
+Mesh mesh_from(const py::array_t<double, py::array::c_style>& vertices,
+               const py::array_t<std::uint32_t, py::array::c_style>& faces) {
+  Mesh mesh;
+  const auto count = static_cast<std::size_t>(vertices.shape(0));
+  mesh.positions.resize(count);
+  std::copy_n(vertices.data(), 3 * count, &mesh.positions.data()->x);
+  mesh.faces.resize(static_cast<std::size_t>(faces.shape(0)));
+  std::copy_n(faces.data(), 3 * mesh.faces.size(), mesh.faces.data()->data());
+  return mesh;
+}
+
+void bind_texture(py::module_& module) {
+  py::class_<TextureResult, Result>(module, "Result")
+      .def("uv", &texture_coordinates)
+      .def("page",
+           [](const TextureResult& result) { return per_face<std::int32_t>(result.textured.atlas.model.face_page); })
+      .def("pages", &pages)
+      .def("labels",
+           [](const TextureResult& result) { return per_face<std::int32_t>(result.textured.selection.labels); })
+      .def("tags", [](const TextureResult& result) { return per_face<std::uint8_t>(result.textured.tags); })
+      .def_property_readonly("views", [](const TextureResult& result) { return result.scene.views.size(); })
+      .def_readonly("report", &TextureResult::report)
+      .def("save", [](const Result& result, const std::string& path) -> py::object {
+        const CancelFlag cancelled = cancel_flag();
+        const auto observer = std::make_shared<RunObserver>(cancelled, py::none());
+        Worker().call([=] { save(*result, path, *observer); }, cancelled);
+        return py::module_::import("json").attr("loads")(observer->json())["warnings"];
+      });
+  module.def("texture", &texture);
+  module.def("texture_options", &texture_options);
+}
+
+}  // namespace gpvc::python

@@ -1,0 +1,1 @@
+message(STATUS "skipped: the Python module cannot be tested, as there is no ${REASON}")
