@@ -22,6 +22,7 @@ struct Running {
   std::mutex mutex;
   std::condition_variable ended;
   std::size_t count = 0;
+  bool last = false;  // the interpreter ends
 };
 Running& running() {
   static auto* all = new Running;
@@ -105,7 +106,16 @@ std::shared_ptr<Worker::Job> Worker::begin(std::function<void()> work) {
   return job;
 }
 
-void Worker::post(std::function<void()> work) { begin(std::move(work)); }
+void Worker::post(std::function<void()> work) {
+  {
+    const std::lock_guard lock(running().mutex);
+    if (running().last) {
+      static_cast<void>(new std::function<void()>(std::move(work)));  // the process ends, and takes along what it owns
+      return;
+    }
+  }
+  begin(std::move(work));
+}
 
 void Worker::call(std::function<void()> work, const CancelFlag& cancelled) {
   const std::shared_ptr<State> state = state_;
@@ -123,6 +133,7 @@ void Worker::call(std::function<void()> work, const CancelFlag& cancelled) {
 void Worker::wait_for_all() {
   const py::gil_scoped_release unlocked;
   std::unique_lock lock(running().mutex);
+  running().last = true;
   running().ended.wait(lock, [] { return running().count == 0; });
 }
 

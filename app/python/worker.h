@@ -25,10 +25,10 @@ class Worker {
   /// ends at its next look at the flag. So `work` must own what it uses. \pre the lock is held
   void call(std::function<void()> work, const CancelFlag& cancelled);
 
-  /// Runs `work`, which throws nothing, after all calls, and waits for nothing.
+  /// Runs `work`, which throws nothing, after all calls, and does not wait for it; not at all once wait_for_all() was called.
   void post(std::function<void()> work);
 
-  /// Waits for work that calls have left behind. \pre the interpreter's lock is held
+  /// Waits for work that calls have left behind, before the interpreter ends. \pre the interpreter's lock is held
   static void wait_for_all();
 
  private:

@@ -67,6 +67,6 @@ if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
   # Opened at run time, and only for --drawing opengl.
   set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
-  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "snakemake")
+  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "snakemake, python3-numpy")
   include(CPack)
 endif()

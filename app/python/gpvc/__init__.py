@@ -19,7 +19,7 @@ Conventions, of all functions:
   object with pycolmap's attributes (Reconstruction).
 
 Calls release the interpreter's lock, stop at Ctrl-C within a second and may run in several threads. `progress` is True (tqdm, where
-it is installed), or a function of (stage, done, total). `threads` limits the processor's use; results do not depend on it.
+it is installed), or a function of (stage, done, total).
 """
 
 import json
@@ -337,6 +337,7 @@ def texture(vertices, faces, images, K=None, camera_from_world=None, distortion=
     image_size: (width, height) or (N, 2), pixels, where `images` is a function; without it, all are as large as the first.
     views: indices or names of the views to texture from; the others are left out.
     mesh_crs: reference system of the vertices ("EPSG:25832") if it is not the cameras'.
+    threads: processors to use at most; 0: all. Results do not depend on it.
     device: number of the OpenGL device to draw on; None: graphics hardware where there is some, else the processor.
 
     Raises ValueError (InputError) for arguments and files that cannot be used, OSError (OutputError) where no memory for pages can

@@ -106,24 +106,14 @@ def _quaternion(rotation):
         x, y, z, w = (float(c) for c in np.asarray(_called(rotation.quat)).ravel())
         return w, x, y, z
     m = numbers(_called(rotation.matrix), "cam_from_world.rotation", {"(3, 3)": (3, 3)})
-    # The largest component, by its square, first: Shepperd 1978.
-    squares = [1 + m[0, 0] + m[1, 1] + m[2, 2]] + [1 + 2 * m[i, i] - np.trace(m) for i in range(3)]
-    largest = int(np.argmax(squares))
-    s = np.sqrt(squares[largest]) * 2
-    off = (m[2, 1], m[0, 2], m[1, 0]), (m[1, 2], m[2, 0], m[0, 1])
-    q = [0.0] * 4
-    q[largest] = s / 4
-    for i in range(3):
-        difference, total = (off[0][i] - off[1][i]) / s, None
-        if largest == 0:
-            q[i + 1] = difference
-        elif largest == i + 1:
-            q[0] = difference
-        else:
-            j = largest - 1
-            total = (m[i, j] + m[j, i]) / s
-            q[i + 1] = total
-    return tuple(float(c) for c in q)
+    # The largest of the four first (Shepperd 1978): a row of the products of each two of them, times 4.
+    w, x, y, z = 1 + np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) @ np.diag(m)
+    off = m - m.T
+    wx, wy, wz = off[2, 1], off[0, 2], off[1, 0]
+    xy, xz, yz = m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1]
+    products = np.array([[w, wx, wy, wz], [wx, x, xy, xz], [wy, xy, y, yz], [wz, xz, yz, z]])
+    largest = int(np.argmax(np.diag(products)))
+    return tuple((products[largest] / (2 * np.sqrt(products[largest, largest]))).tolist())
 
 
 def _model_name(camera):

@@ -9,6 +9,7 @@ vcpkg_cmake_configure(
   SOURCE_PATH "${SOURCE_PATH}"
   OPTIONS
     -DBUILD_SHARED_LIBS=ON
+    -DGPVC_PYTHON=OFF
     "-DPKG_CONFIG_EXECUTABLE=${PKGCONFIG}"
     "-DTinyGLTF_DIR=${SOURCE_PATH}/app/setup/packaging/tinygltf")
 vcpkg_cmake_install()
