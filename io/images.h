@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -37,6 +38,9 @@ ImageSize read_image_size(const std::filesystem::path& file);
 
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
+
+/// Of the photo by its EXIF data, as in View; nullopt where that does not state it. Throws InputError.
+std::optional<float> read_exposure_value(const std::filesystem::path& file);
 
 /// True if a pixel has one colour channel. From the header alone. Throws InputError.
 bool is_grey(const std::filesystem::path& file);

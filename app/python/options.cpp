@@ -49,6 +49,8 @@ struct Reader {
     } catch (const std::invalid_argument& wrong) {
       throw py::value_error(name + ": " + wrong.what());
     }
+    if (std::holds_alternative<visibility::RayTracing>(method))  // see CMakeLists.txt
+      throw py::value_error(fmt::format("{}='{}': rays are traced by the program alone", name, mode));
   }
   void operator()(bool& value) const {
     const bool is_bool = py::isinstance<py::bool_>(given) || py::isinstance(given, numpy_bool());

@@ -96,7 +96,10 @@ PhotoScene scene_of(const Cameras& cameras, py::object pictures) {
     view.camera.distortion = lens_from(cameras.lenses[v].first, cameras.lenses[v].second);
     limit_distortion(view.camera);
     view.pose = pose_from(cameras.rotations.data() + 9 * v, cameras.translations.data() + 3 * v);
-    view.uses_alpha = !view.photo.empty() && io::has_alpha(view.photo);
+    if (!view.photo.empty()) {
+      view.uses_alpha = io::has_alpha(view.photo);
+      view.exposure_value = io::read_exposure_value(view.photo);
+    }
     view.number = static_cast<std::uint32_t>(v);
     validate(view);
     scene->views.push_back(std::move(view));
@@ -116,8 +119,19 @@ PhotoScene read(const std::string& source, const py::dict& options) {
   reader.skip_bad_photos = options["skip_bad_photos"].cast<bool>();
   reader.downscale = options["downscale"].cast<int>();
   reader.allow_missing_photos = options["allow_missing_photos"].cast<bool>();
+  reader.bands_by_name = false;
   const auto scene = std::make_shared<Scene>();
-  Worker().call([=] { *scene = io::read_scene(source, reader); }, cancel_flag());
+  Worker().call(
+      [=] {
+        *scene = io::read_scene(source, reader);
+        if (!scene->bands) return;
+        // Results are pages of 8 bits.
+        scene->bands.reset();
+        scene->band_places.clear();
+        for (View& view : scene->views) view.band_files.clear();
+        scene->warnings.emplace_back("the photos have more than RGB of 8 bits, and are taken as that");
+      },
+      cancel_flag());
   return {scene, shared_object(py::none())};
 }
 
@@ -221,13 +235,13 @@ void bind_scene(py::module_& module) {
   module.def("read_mesh", &read_mesh);
   module.def("has_alpha", [](const std::string& file) { return io::has_alpha(file); });
   module.def("image_size", [](const std::string& file) {
-    const io::ImageSize size = io::image_size(file);
+    const io::ImageSize size = io::read_image_size(file);
     return std::pair(size.width, size.height);
   });
   // What PhotoCache gives of a photo in a file, for scenes some of whose pictures are in memory.
   module.def("read_photo", [](const std::string& photo, const std::string& mask) {
     View view{"", photo, {}, {}, mask};
-    const io::ImageSize size = photo.empty() ? io::image_size(mask) : io::image_size(photo);
+    const io::ImageSize size = photo.empty() ? io::read_image_size(mask) : io::read_image_size(photo);
     view.camera.width = size.width;
     view.camera.height = size.height;
     view.uses_alpha = !photo.empty() && io::has_alpha(photo);

@@ -97,6 +97,8 @@ PhotoHeader read_photo_header(const fs::path& file) {
           std::move(header.bands)};
 }
 
+std::optional<float> read_exposure_value(const fs::path& file) { return read_photo_header(file).exposure_value; }
+
 bool is_grey(const fs::path& file) {
   const ImageHeader header = header_of(file);
   return header.channels - (header.alpha_channel >= 0 ? 1 : 0) == 1;

@@ -93,6 +93,7 @@ BAD = [
     ({"unseen_color": (1, 2)}, ValueError, "unseen_color: expected three numbers"),
     ({"unseen_color": (1, 2, 300)}, ValueError, "unseen_color: expected three numbers"),
     ({"visibility": "magic"}, ValueError, "visibility: "),
+    ({"visibility": "ray:dense:0.1"}, ValueError, "visibility='ray:dense:0.1': rays are traced by the program alone"),
     ({"max_bytes": 1000}, ValueError, "max_bytes belongs to target='web'"),
     ({"target": "web", "page_size": 20000}, ValueError, "page_size=20000: a WebP"),
     ({"pagesize": 1024}, TypeError, "texture() got an unexpected keyword argument 'pagesize'; did you mean 'page_size'?"),

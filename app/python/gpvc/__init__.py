@@ -102,7 +102,7 @@ class Result:
     """A textured mesh.
 
     uv: (F, 3, 2) float32, of each corner of each face on its page: (0, 0) is the page's upper left corner, (1, 1) the lower right
-        one (glTF's convention; OBJ, Open3D and trimesh have v upwards: 1 - v).
+        one (glTF's convention, and that of Open3D's triangle_uvs and textures; OBJ and trimesh have v upwards: 1 - v).
     page: (F,) int32, index into `pages`; -1 for a face without texture.
     pages: list of (H, W, 3) uint8, read-only.
     labels: (F,) int32, the view that the face shows; -1: none.
