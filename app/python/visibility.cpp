@@ -3,11 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -16,7 +14,7 @@
 #include "app/python/options.h"
 #include "app/python/run_observer.h"
 #include "app/python/texture.h"
-#include "io/vector.h"
+#include "app/query/sharpness.h"
 #include "visibility/device.h"
 #include "visibility/visibility.h"
 
@@ -33,23 +31,16 @@ struct Coverage {
   std::vector<std::uint32_t> views;  // that see the face, whole or in part
   std::vector<float> gsd, angle;     // the best ones: units of the mesh a pixel, degrees
 
-  // A view takes a small piece of a surface with the unit normal n, at p in the camera's axes, to fx fy |n . p| / p.z^3 times
-  // its area.
   void add(const Mesh& mesh, const View& view, std::span<const FaceClass> classes) {
     tbb::parallel_for(std::size_t{0}, classes.size(), [&](std::size_t face) {
       if (classes[face] != FaceClass::full && classes[face] != FaceClass::partial) return;
       ++views[face];
-      const auto& [a, b, c] = mesh.faces[face];
-      const WorldPoint &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c];
-      const WorldPoint normal = cross(q - p, r - p), middle = (p + q + r) * (1. / 3),
-                       to_camera = view.pose.centre - middle;
-      const CameraPoint at = camera_from_world(view.pose, middle);
-      const double across = dot(normal, to_camera) / std::sqrt(dot(normal, normal));
-      if (!(at.z > 0 && across > 0)) return;  // of a face that reaches behind the camera
-      const double area = at.z * at.z * at.z / (view.camera.fx * view.camera.fy * across);
-      const double cosine = std::min(1., across / std::sqrt(dot(to_camera, to_camera)));
-      take_best(gsd[face], std::sqrt(area));
-      take_best(angle[face], std::acos(cosine) * 180 / std::numbers::pi);
+      const FaceId id{static_cast<std::uint32_t>(face)};
+      const WorldPoint middle = query::middle_of(mesh, id);
+      if (!(camera_from_world(view.pose, middle).z > 0)) return;  // of a face that reaches behind the camera
+      const query::Sharpness sharp = query::sharpness_of(view, middle, query::normal_of(mesh, id));
+      take_best(gsd[face], sharp.gsd);
+      take_best(angle[face], sharp.angle);
     });
   }
 
