@@ -34,10 +34,10 @@ GPVC_MEMBERS(BoxRegion, low, high)
 GPVC_MEMBERS(GroundRegion, corners, low, high)
 GPVC_MEMBERS(FaceRegion, ranges)
 GPVC_MEMBERS(TexCoord, u, v)
-// Without its mesh, which is borrowed.
+// Without its mesh, which is borrowed, and coordinates for an OBJ alone, which no model has that is stored.
 template <Like<TexturedModel> Model>
 auto members_of(Model& model) {
-  auto& [mesh, texcoords, face_texcoords, face_page] = model;
+  auto& [mesh, texcoords, face_texcoords, face_page, obj_texcoords] = model;
   return std::tie(texcoords, face_texcoords, face_page);
 }
 GPVC_MEMBERS(ModelOptions, offset, up, srs, srs_offset, normals, lit, pageless_faces, obj_style, buffer_limit_bytes,

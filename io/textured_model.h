@@ -29,6 +29,9 @@ struct TexturedModel {
   std::vector<TexCoord> texcoords;
   std::vector<Triangle> face_texcoords;  ///< per face, indices into texcoords
   std::vector<std::uint32_t> face_page;  ///< per face, index into page files, or kNoPage
+  /// Per texture coordinate, u and v (upwards) that an OBJ is to have, where others name the same place of the page: they lie
+  /// in another tile, or floats would round them. Empty: those of `texcoords`.
+  std::vector<std::array<double, 2>> obj_texcoords{};
 };
 
 /// face_page of a face without texture, whose face_texcoords mean nothing.
@@ -49,6 +52,7 @@ struct PageFile {
   /// none, and readers have to know it.
   std::filesystem::path fallback{};
   ImageFormat fallback_format = ImageFormat::jpg;
+  std::string material{};  ///< what its material is called; empty: by the page's number or file
 };
 
 enum class UpAxis { pos_x, neg_x, pos_y, neg_y, pos_z, neg_z };

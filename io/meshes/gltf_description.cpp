@@ -135,7 +135,7 @@ std::size_t add_material(Json& gltf, const fs::path& file, const PageFile& page,
     texture["source"] = image;
   }
   const std::size_t number = append(gltf["textures"], std::move(texture));
-  Json material{{"name", page.file.stem().string()},
+  Json material{{"name", page.material.empty() ? page.file.stem().string() : page.material},
                 {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", number}}}, {"metallicFactor", 0.0}}}};
   if (!lit) material["extensions"] = {{kUnlit, Json::object()}};
   return append(gltf["materials"], std::move(material));

@@ -34,6 +34,8 @@ Mesh read_ply(const std::filesystem::path& file, std::string_view bytes, PlyText
 struct ObjTexture {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   std::vector<TexCoord> texcoords;                 ///< with v downwards, unlike the file's
+  bool states_all = false;                         ///< fill `stated`
+  std::vector<std::array<double, 2>> stated;       ///< u and v as they stand, v upwards
   std::vector<Triangle> corners;                   ///< per triangle; of corners without one, kNone
   std::map<std::string, std::uint32_t> materials;  ///< the numbers of the materials in use
   std::vector<std::uint32_t> material;             ///< per triangle; a number above all of them where there is none

@@ -98,6 +98,7 @@ class ObjParser {
     const double v = more.empty() || more.front() == '#' ? 0 : coordinate(line, at, "");
     if (texture_->texcoords.size() == kMaxElements) fail(at, "more than 2^32 - 2 texture coordinates");
     texture_->texcoords.push_back({static_cast<float>(u), static_cast<float>(1 - v)});
+    if (texture_->states_all) texture_->stated.push_back({u, v});
   }
 
   double coordinate(std::string_view& line, std::size_t at, const char* missing) const {

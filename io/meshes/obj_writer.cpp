@@ -66,7 +66,8 @@ std::string name_beside(const fs::path& page, const fs::path& obj_file) {
   return (relative.empty() ? page : relative).generic_string();
 }
 
-std::string material_name(ObjStyle style, std::size_t page) {
+std::string material_name(ObjStyle style, std::span<const PageFile> pages, std::size_t page) {
+  if (!pages[page].material.empty()) return pages[page].material;
   const std::string number = std::to_string(page);
   if (style == ObjStyle::exact) return "page_" + number;
   return "material" + std::string(4 - std::min<std::size_t>(number.size(), 4), '0') + number;
@@ -77,7 +78,7 @@ void write_mtl(const fs::path& mtl_file, const fs::path& obj_file, std::span<con
   TextOut out(mtl_file);
   for (std::size_t page = 0; page < pages.size(); ++page) {
     if (page > 0) out.text("\n");
-    out.text("newmtl ").text(material_name(style, page));
+    out.text("newmtl ").text(material_name(style, pages, page));
     // White, no highlight, no shading: the photo's light is in the texture already.
     out.text("\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 0\nmap_Kd ").text(name_beside(pages[page].file, obj_file));
     out.text("\n");
@@ -106,7 +107,15 @@ void write_vertices(TextOut& out, const TexturedModel& model, const ModelOptions
     number(1.0f - t.v);
     out.text("\n");
   };
-  for (const TexCoord& t : model.texcoords) write_texcoord(t);
+  for (const auto& [u, v] : model.obj_texcoords) {
+    out.text("vt ");
+    number(u);
+    out.text(" ");
+    number(v);
+    out.text("\n");
+  }
+  if (model.obj_texcoords.empty())
+    for (const TexCoord& t : model.texcoords) write_texcoord(t);
   // odm_orthophoto takes equal counts for a model whose vertices have one texture coordinate each, in their order.
   if (!exact && model.texcoords.size() == model.mesh->positions.size()) write_texcoord({});
   if (!options.normals) return;
@@ -126,7 +135,8 @@ std::vector<std::uint32_t> face_order(const TexturedModel& model, const ModelOpt
 }
 
 /// Normals are numbered as positions are.
-void write_faces(TextOut& out, const TexturedModel& model, const ModelOptions& options) {
+void write_faces(TextOut& out, const TexturedModel& model, std::span<const PageFile> pages,
+                 const ModelOptions& options) {
   std::optional<std::uint32_t> last;
   for (const std::uint32_t f : face_order(model, options)) {
     const std::uint32_t page = model.face_page[f];
@@ -135,7 +145,7 @@ void write_faces(TextOut& out, const TexturedModel& model, const ModelOptions& o
       if (page == kNoPage)
         out.text("usemtl untextured\n");
       else
-        out.text("usemtl ").text(material_name(options.obj_style, page)).text("\n");
+        out.text("usemtl ").text(material_name(options.obj_style, pages, page)).text("\n");
     }
     out.text("f");
     for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -161,7 +171,7 @@ void write_obj(const fs::path& obj_file, const TexturedModel& model, std::span<c
             options.pageless_faces && std::ranges::find(face_page, kNoPage) != face_page.end(), options.obj_style);
   out.text("mtllib ").text(mtl_file.filename().string()).text("\n");
   write_vertices(out, model, options);
-  write_faces(out, model, options);
+  write_faces(out, model, pages, options);
   out.commit();
 }
 
@@ -169,6 +179,8 @@ void check_model(const TexturedModel& model, std::size_t page_count) {
   const std::size_t faces = model.mesh->faces.size();
   if (model.face_texcoords.size() != faces || model.face_page.size() != faces)
     throw std::invalid_argument("TexturedModel: face_texcoords and face_page must have one entry a face");
+  if (!model.obj_texcoords.empty() && model.obj_texcoords.size() != model.texcoords.size())
+    throw std::invalid_argument("TexturedModel: obj_texcoords must be empty or have one entry a texture coordinate");
   for (std::size_t f = 0; f < faces; ++f) {
     if (model.face_page[f] == kNoPage) continue;
     if (model.face_page[f] >= page_count) throw std::invalid_argument("TexturedModel: a face's page does not exist");

@@ -16,21 +16,19 @@
 #include "io/meshes/gltf_extensions.h"
 #include "io/meshes/gltf_nodes.h"
 #include "io/meshes/mesh_file.h"
+#include "io/meshes/obj_materials.h"
 #include "io/number_text.h"
 #include "io/textured_model.h"
 
 namespace gpvc::io {
 namespace {
 
-/// Pages in order of first use; several materials may share one file. A path of another machine is looked for by its
-/// last name beside the model.
+/// Pages in order of first use; several materials may share one file.
 class PageList {
  public:
   PageList(const fs::path& model, const TakePage& take_page) : model_(model), take_page_(take_page) {}
   std::uint32_t page(const std::string& name) {
-    const fs::path folder = model_.parent_path(), path = with_slashes(name);
-    std::error_code error;
-    const fs::path file = fs::exists(folder / path, error) ? folder / path : folder / path.filename();
+    const fs::path file = image_beside(model_, name);
     const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(pages_.size()));
     if (!fresh) return place->second;
     Image image;
@@ -48,59 +46,6 @@ class PageList {
   const TakePage& take_page_;
   std::map<fs::path, std::uint32_t> pages_;
 };
-
-struct Material {
-  std::string name, image;  ///< no image: empty
-  bool clamped = false;     ///< the image does not repeat
-};
-
-/// Options of a map_Kd that move a texture or change its colours, with the numbers that do not.
-struct TextureOption {
-  std::string_view name;
-  std::array<double, 3> neutral;
-};
-constexpr TextureOption kTextureOptions[] = {
-    {"-s", {1, 1, 1}}, {"-o", {0, 0, 0}}, {"-t", {0, 0, 0}}, {"-mm", {0, 1, 0}}};
-
-/// Reads a map_Kd: options, each of which takes a word or up to three numbers, and the name of the image behind them.
-void read_texture(const fs::path& file, std::string_view line, Material& material) {
-  material.clamped = false;
-  for (line = trimmed(line); line.starts_with('-');) {
-    std::string_view rest = line;
-    const std::string_view name = next_word(rest);
-    const auto* known = std::ranges::find(kTextureOptions, name, &TextureOption::name);
-    const std::string_view word = next_word(rest);
-    std::size_t count = 0;
-    bool changes = false;
-    std::string_view more = rest;
-    for (auto number = number_from(word); number; number = number_from(next_word(more))) {
-      changes |=
-          known != std::end(kTextureOptions) && count < known->neutral.size() && *number != known->neutral[count];
-      rest = more;
-      ++count;
-    }
-    if (trimmed(rest).empty()) break;
-    if (changes)
-      throw InputError(file, "material " + material.name,
-                       "the option " + std::string(trimmed(line.substr(0, line.size() - rest.size()))) +
-                           " of its texture moves it or changes its colours, expected a texture without");
-    if (name == "-clamp") material.clamped = word == "on";
-    line = trimmed(rest);
-  }
-  material.image = line;
-}
-
-/// Adds the materials of a file. Lines may end in CR alone.
-void read_materials(const fs::path& file, std::vector<Material>& materials) {
-  const FileBytes bytes(file);
-  for (std::string_view text = without_byte_order_mark(bytes.view()); !text.empty();) {
-    std::string_view line = text.substr(0, text.find_first_of("\r\n"));
-    text.remove_prefix(std::min(line.size() + 1, text.size()));
-    const std::string_view keyword = next_word(line);
-    if (keyword == "newmtl") materials.push_back({std::string(name_behind(line)), ""});
-    if (keyword == "map_Kd" && !materials.empty()) read_texture(file, line, materials.back());
-  }
-}
 
 /// A coordinate of a texture that does not repeat at its rim, of which only what rounding left beyond it is taken.
 float within_page(const fs::path& file, const std::string& place, const char* why, float coordinate) {
@@ -134,17 +79,7 @@ LoadedModel read_textured_obj(const fs::path& file, const TakePage& take_page) {
   PageList pages(file, take_page);
   std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
   std::vector<bool> clamped(texture.materials.size(), false);
-  std::vector<Material> materials;
-  const auto read_library = [&](std::string_view name) {
-    const fs::path library = folder_of(file) / with_slashes(name);
-    refuse_special_file(library);
-    if (is_file(library)) read_materials(library, materials);
-    return is_file(library);
-  };
-  for (std::string_view names : texture.libraries)
-    if (!read_library(names))
-      while (!trimmed(names).empty()) read_library(next_word(names));
-  for (const Material& material : materials) {
+  for (const ObjMaterial& material : read_materials(file, texture.libraries)) {
     const std::uint32_t page = material.image.empty() ? kNoPage : pages.page(material.image);
     const auto used = texture.materials.find(material.name);
     if (used == texture.materials.end() || page_of_material[used->second] != kNoPage) continue;
