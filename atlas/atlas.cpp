@@ -15,6 +15,7 @@
 #include "atlas/packing/layout.h"
 #include "io/clock.h"
 #include "io/freed_memory.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
@@ -56,7 +57,18 @@ std::size_t find_vertex(std::span<const ChartVertex> list, std::uint32_t vertex)
   return static_cast<std::size_t>(std::ranges::lower_bound(list, vertex, {}, &ChartVertex::vertex) - list.begin());
 }
 
+void take_layout(const AtlasInput& input, io::TexturedModel& model) {
+  const io::UvLayout& layout = *input.layout;
+  model.texcoords = layout.texcoords;
+  model.obj_texcoords = layout.obj_texcoords;
+  model.face_texcoords = layout.face_texcoords;
+  model.face_page = layout.face_page;
+  for (std::size_t face = 0; face < input.border.size(); ++face)
+    if (input.border[face]) model.face_page[face] = io::kNoPage;
+}
+
 void write_texcoords(const AtlasBuild& build, io::TexturedModel& model) {
+  if (build.input.layout != nullptr) return take_layout(build.input, model);
   const Mesh& mesh = build.input.mesh;
   const std::span charts = std::span(build.set.charts).first(build.set.placed);
   std::vector<std::vector<ChartVertex>> vertices(charts.size());
@@ -108,6 +120,13 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
     throw std::invalid_argument("alignment must have shifts of up to 16 pixels at all nodes of its fields");
   if (!std::ranges::all_of(input.exposure, [](const ViewExposure& exposure) { return is_sound(exposure); }))
     throw std::invalid_argument("exposure must have finite numbers, and gains above 0 and up to 2.5");
+  if (input.layout != nullptr) {
+    check_layout(input.mesh, *input.layout);
+    if (!input.tile.empty() || input.finished != nullptr)
+      throw std::invalid_argument("a layout excludes tiles and a finished texture");
+    if (options.max_pages > 0 || options.max_texels > 0 || options.texel_size > 0)
+      throw std::invalid_argument("a layout has its own pages and texels, which no limits reduce");
+  }
   if (options.padding < 0) throw std::invalid_argument("padding must not be negative");
   if (whole_blocks(options.page_size, options.padding) < 2 * options.padding + kLeastRoom)
     throw std::invalid_argument("page size leaves no room within the padding");
@@ -122,8 +141,8 @@ std::size_t count_blended(const Mesh& mesh, const BlendWeights& blending) {
 }
 
 AtlasInput with_scene(const AtlasInput& input, const Scene& scene) {
-  return {input.mesh,     scene,        input.photos,   input.graph,    input.labels, input.tags,     input.candidates,
-          input.coverage, input.border, input.exposure, input.finished, input.tile,   input.alignment};
+  return {input.mesh,     scene,        input.photos,   input.graph,    input.labels, input.tags,      input.candidates,
+          input.coverage, input.border, input.exposure, input.finished, input.tile,   input.alignment, input.layout};
 }
 
 }  // namespace
@@ -161,7 +180,6 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
       state.options.blend == Blending::none ? BlendWeights() : BlendWeights(input, state.options.blend_cost);
   statistics.blended_faces = count_blended(input.mesh, blending);
   const BandSet* bands = input.scene.bands ? &*input.scene.bands : nullptr;
-  const int edge = block_edge(state.options.padding);
   AtlasBuild build{input,
                    state.options,
                    state.coverage,
@@ -170,8 +188,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
                    blending,
                    {},
                    {bands},
-                   chart_places(layout.shapes, layout.packing, edge),
-                   make_pages(layout.shapes, layout.packing, edge, bands)};
+                   chart_places(layout.shapes, layout.packing, layout.edge),
+                   input.layout != nullptr ? given_pages(layout.packing, bands)
+                                           : make_pages(layout.shapes, layout.packing, layout.edge, bands)};
   atlas.model.mesh = &input.mesh;
   write_texcoords(build, atlas.model);
   std::future<void> beside;
@@ -227,13 +246,23 @@ AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options) {
 
 struct TextureOrigins::State {
   const AtlasPlan::State& plan;
+  const AtlasInput& input;
   std::vector<PartialChart> parts;  ///< by chart
+
+  /// Where a view shows a point of a face. \pre it shows all of the face
+  PixelPoint position(FaceId face, ViewId id, const std::array<double, 3>& weights) const {
+    WorldPoint p;
+    for (std::size_t i = 0; i < 3; ++i) p = p + input.mesh.positions[input.mesh.faces[index(face)][i]] * weights[i];
+    const View& view = input.scene.views[index(id)];
+    return pixel_from_camera(view.camera, camera_from_world(view.pose, p));
+  }
 };
 
 TextureOrigins::TextureOrigins(const AtlasPlan& plan, const AtlasInput& input) {
   const AtlasPlan::State& made = plan.state();
-  state_ = std::make_shared<State>(State{
-      made, choose_sources(input, made.options, made.layout.set, made.coverage, partial_charts(made.layout.set))});
+  state_ = std::make_shared<State>(
+      State{made, input,
+            choose_sources(input, made.options, made.layout.set, made.coverage, partial_charts(made.layout.set))});
 }
 
 PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
@@ -245,6 +274,7 @@ PointOrigin TextureOrigins::at(FaceId face, double b, double c) const {
   const TexelPoint p{a * t[0].x + b * t[1].x + c * t[2].x, a * t[0].y + b * t[1].y + c * t[2].y};
   switch (chart.kind) {
     case ChartKind::plain:
+      if (chart.given) return {chart.view, state_->position(face, chart.view, {a, b, c}), kNoView, {}, 0};
       return {chart.view, chart.frame_position(p.x, p.y), kNoView, {}, 0};
     case ChartKind::unseen:
     case ChartKind::border:
@@ -262,8 +292,7 @@ TextureAtlas build_atlas(const AtlasInput& input, const AtlasOptions& options, c
 
 AtlasEstimate AtlasPlan::estimate() const {
   const Layout& layout = state_->layout;
-  return {layout.set.placed, layout.packing.pages.size(),
-          page_texels(layout.packing, block_edge(state_->options.padding)), layout.reduction};
+  return {layout.set.placed, layout.packing.pages.size(), page_texels(layout.packing, layout.edge), layout.reduction};
 }
 
 }  // namespace gpvc::atlas

@@ -19,6 +19,7 @@
 #include "../io/progress.h"
 #include "../io/scene.h"
 #include "../io/textured_model.h"
+#include "../io/uv_layout.h"
 #include "../io/work_store.h"
 #include "../labeling/labeling.h"
 #include "../visibility/result.h"
@@ -182,7 +183,29 @@ struct AtlasInput {
   /// Per view, used instead of fields fitted to the photos of this input, so that parts of a mesh get the same ones; see
   /// match_photos. Each must be sound. Empty: fitted, with PhotoAlignment::local.
   std::span<const ShiftField> alignment = {};
+  /// Not null: where the faces lie on pages, which are of given sizes. Each face shows its photo there; texels belong to the face
+  /// whose middle or, where none has it, whose rim is there, of several to one that is seen whole. Faces without texture
+  /// coordinates, or with such that have no area, take part in leveling alone. Not with `tile` or `finished`, nor with limits of
+  /// pages, texels and texel sizes.
+  const io::UvLayout* layout = nullptr;
 };
+
+/// How a layout covers its pages.
+struct UvFigures {
+  std::size_t islands = 0;           ///< faces that continue each other across edges, with one orientation
+  std::size_t mirrored_islands = 0;  ///< show their faces from behind, as in a mirror
+  std::size_t faces_without = 0;     ///< no texture coordinates
+  std::size_t flat_faces = 0;        ///< whose texture coordinates have no area
+  std::size_t overlapping_texels = 0,
+              overlapping_faces = 0;  ///< whose middle lies in several faces; that share such texels
+};
+
+/// \pre the layout has an entry per face of the mesh, whose pages and texture coordinates exist. O(faces + texels), TBB.
+UvFigures measure_uv(const Mesh& mesh, const labeling::FaceGraph& graph, const io::UvLayout& layout);
+
+/// Throws std::invalid_argument unless the layout has an entry per face, with pages and texture coordinates that exist, finite and
+/// in 0 .. 1, and pages of 1 to 32768 texels an edge. O(faces).
+void check_layout(const Mesh& mesh, const io::UvLayout& layout);
 
 /// The size of the atlas, known before any photo is read.
 struct AtlasEstimate {
@@ -244,6 +267,8 @@ inline constexpr double kPageBytesPerTexel = 16.0 / 3, kFinishedPart = 0.25;
 constexpr double page_bytes_per_texel(std::size_t sample_bytes) {
   return kPageBytesPerTexel + static_cast<double>(sample_bytes);
 }
+/// What pages of a given layout take beside that: which chart each texel belongs to.
+inline constexpr double kOwnerBytesPerTexel = 4;
 
 /// Photos that bake_atlas() holds at a time, beside those that the photo source keeps: one in use, and one for each of up to
 /// eight threads.

@@ -387,11 +387,13 @@ void bake_photos(AtlasBuild& build, const PageRange& plain, std::span<PartialCha
     tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
       const PhotoUse& use = mine[i];
       poll();
+      const auto faces = [&] { return bands[use.chart][static_cast<std::size_t>(use.band)]; };
       if (use.partial)
         take_view(*use.partial, build, photo);
+      else if (set.charts[use.chart].given)
+        bake_given_band(build, photo, use.chart, use.band, faces(), poll);
       else
-        BandBaker(build, photo, use.chart, poll)
-            .bake(use.band, bands[use.chart][static_cast<std::size_t>(use.band)], step);
+        BandBaker(build, photo, use.chart, poll).bake(use.band, faces(), step);
     });
     if (progress) progress(++done, views);
   });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,13 @@
 #include "atlas/leveling/color_correction.h"
 
 namespace gpvc::atlas {
+
+struct AtlasBuild;
+class Poll;
+
+/// Per texel of a page of a given layout, row-major, the chart that it belongs to, or kNoOwner: one that has its middle, else
+/// one that touches it, else one whose ring has it, of several the first. O(texels + texels that faces cover), TBB.
+std::vector<std::uint32_t> texel_owners(const AtlasBuild& build, std::uint32_t page);
 
 /// What baking reads, and the pages that it fills. Borrows the input and what the plan made of it.
 struct AtlasBuild {
@@ -30,6 +38,20 @@ struct AtlasBuild {
   std::vector<Page> pages;
   std::vector<PageMean> spilled_means = {};  ///< per page: when it was last spilled, before it was padded
 
+  /// Opens a page, with the owners of its texels where the layout is given.
+  void open(std::uint32_t page) {
+    pages[page].open();
+    if (input.layout != nullptr) pages[page].block_owner = texel_owners(*this, page);
+  }
+  /// Where a texel of a chart lies on its page; nullopt beyond the page, and where it belongs to another chart: texels around
+  /// charts of given layouts alone do.
+  std::optional<ChartPlace::Texel> own_texel(std::uint32_t chart, int x, int y) const {
+    const ChartPlace::Texel texel = places[chart].texel(x, y);
+    const Page& page = page_of(chart);
+    const bool inside = texel.x >= 0 && texel.y >= 0 && texel.x < page.image.width && texel.y < page.image.height;
+    return inside && page.owner(texel.x, texel.y) == chart ? std::optional(texel) : std::nullopt;
+  }
+
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }
   const Page& page_of(std::uint32_t chart) const { return pages[places[chart].page]; }
   /// Mean over all pages as they are, or were when they were spilled.
@@ -43,6 +65,11 @@ struct AtlasBuild {
     return mean;
   }
 };
+
+/// Bakes a band of a plain chart of a given layout: texel by texel, through the plane of the face that owns it. \param faces that
+/// reach into the band. O(texels + pixels below them).
+void bake_given_band(AtlasBuild& build, const ViewPhoto& photo, std::uint32_t chart, int band,
+                     std::span<const std::uint32_t> faces, Poll& poll);
 
 /// Pages from `first` up to `end`.
 struct PageRange {

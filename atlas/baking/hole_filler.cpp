@@ -164,6 +164,28 @@ void write_face(AtlasBuild& build, std::uint32_t chart, std::uint32_t face, std:
   put(1, 1, layer == 0 ? c[1] + c[2] - c[0] : 0.5f * (c[1] + c[2]));
 }
 
+/// Writes a layer of the texels of an unseen chart of a given layout; of_face(face) gives the colours of a face's corners.
+template <typename OfFace>
+void write_given(AtlasBuild& build, std::uint32_t number, std::size_t layer, const OfFace& of_face) {
+  const Chart& chart = build.set.charts[number];
+  const ChartRaster raster = rasterize(chart.faces, build.set.corners, {-1, -1, chart.width + 1, chart.height + 1});
+  Page& page = build.page_of(number);
+  for (int y = raster.box.y0; y < raster.box.y1; ++y) {
+    for (int x = raster.box.x0; x < raster.box.x1; ++x) {
+      const std::size_t i = raster.at(x, y);
+      if (!is_baked(raster.reach[i], build.options.padding)) continue;
+      const auto texel = build.own_texel(number, x, y);
+      if (!texel) continue;
+      const std::array<Color, 3> c = of_face(raster.owner[i]);
+      const std::array<double, 3> share = shares_at(build.set.corners[raster.owner[i]], x + 0.5, y + 0.5);
+      Color color;
+      for (std::size_t k = 0; k < 3; ++k) color = color + static_cast<float>(share[k]) * c[k];
+      page.put(layer, texel->x, texel->y, color);
+      page.state[page.at(texel->x, texel->y)] = state_of(raster.reach[i]);
+    }
+  }
+}
+
 }  // namespace
 
 HoleFiller::HoleFiller(AtlasBuild& build)
@@ -231,13 +253,17 @@ void HoleFiller::fill() {
   tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(build_.set.placed), [&](std::uint32_t c) {
     const Chart& chart = build_.set.charts[c];
     if (chart.kind != ChartKind::unseen || !build_.page_of(c).is_open()) return;
-    for (const auto face : chart.faces) {
-      for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+    for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+      const auto of_face = [&](std::uint32_t face) {
         std::array<Color, 3> corners{painted[layer], painted[layer], painted[layer]};
         for (std::size_t i = 0; i < 3 && !paint; ++i)
           corners[i] = layers_[layer].vertex[slot_[build_.input.mesh.faces[face][i]]];
-        write_face(build_, c, face, layer, corners);
-      }
+        return corners;
+      };
+      if (chart.given)
+        write_given(build_, c, layer, of_face);
+      else
+        for (const auto face : chart.faces) write_face(build_, c, face, layer, of_face(face));
     }
   });
 }

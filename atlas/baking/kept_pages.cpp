@@ -91,8 +91,8 @@ bool has_page(const KeptPages& kept, std::uint32_t number) {
 
 bool take_page(const KeptPages& kept, std::uint32_t number, AtlasBuild& build, std::vector<OpenChart>& charts) {
   if (kept.store == nullptr) return false;
+  build.open(number);
   Page& page = build.pages[number];
-  page.open();
   const std::size_t before = charts.size();
   const bool found = kept.store->read(page_name(number), kept.key, [&](io::WorkStore::Reader& in) {
     if (in.get<std::size_t>() != page.texels()) in.refuse();

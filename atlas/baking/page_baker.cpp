@@ -101,7 +101,7 @@ class PageBaker {
   void paint(const PageGroup& group, const Progress& progress) {
     if (group.kept && take_kept(group)) return;
     if (group.kept) ++to_paint_;  // their files are damaged
-    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) { build_.pages[p].open(); });
+    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) { build_.open(p); });
     bake_charts(group, progress);
     tbb::parallel_for(group.first, group.end,
                       [&](std::uint32_t p) { keep_page(options_.kept, p, build_.pages[p], partial_.open_on(p)); });
@@ -198,7 +198,10 @@ class PageBaker {
     bool any = false;
     for (std::uint32_t p = group.first; p < group.end; ++p) {
       if (!wanted(p)) continue;
-      if (!build_.pages[p].is_open()) build_.pages[p].reload(*scratch_, place(p));
+      if (!build_.pages[p].is_open()) {
+        build_.open(p);
+        build_.pages[p].reload(*scratch_, place(p));
+      }
       any = true;
     }
     return any;

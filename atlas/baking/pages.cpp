@@ -45,6 +45,7 @@ void Page::spill(io::ScratchFile& file, std::size_t place) {
   image.pixels = {};
   free_memory(samples.bytes);
   free_memory(state);
+  if (is_given) free_memory(block_owner);
 }
 
 void Page::reload(const io::ScratchFile& file, std::size_t place) {
@@ -66,6 +67,7 @@ FinishedPage Page::close() {
                            [](TexelState s) { return static_cast<std::uint8_t>(s == TexelState::chart ? 255 : 0); });
   }
   free_memory(state);
+  if (is_given) free_memory(block_owner);
   return whole;
 }
 
@@ -95,6 +97,17 @@ std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& 
         page.block_owner[pixel_index(at.x, at.y, packing.pages[p.page].width)] = static_cast<std::uint32_t>(i);
       }
     }
+  }
+  return pages;
+}
+
+std::vector<Page> given_pages(const Packing& packing, const BandSet* bands) {
+  std::vector<Page> pages;
+  for (const PageSize& size : packing.pages) {
+    Page& page = pages.emplace_back(PageSize{}, 1, bands);
+    page.image.width = page.samples.width = size.width;
+    page.image.height = page.samples.height = size.height;
+    page.is_given = true;
   }
   return pages;
 }

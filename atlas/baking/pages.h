@@ -52,6 +52,7 @@ struct Page {
   std::vector<TexelState> state;           ///< per texel
   int block = 1;                           ///< edge of the blocks, which no two charts share; a power of two
   std::vector<std::uint32_t> block_owner;  ///< per block, row-major: a chart, or kNoOwner
+  bool is_given = false;                   ///< of a given layout: block_owner is there while the page is open alone
 
   /// \param blocks size of the page in blocks
   /// \param edge of a block, texels
@@ -60,11 +61,13 @@ struct Page {
   std::size_t texels() const { return pixel_index(0, image.height, image.width); }
   /// Bytes that an open page takes at most.
   std::size_t bytes() const {
-    return static_cast<std::size_t>(page_bytes_per_texel(samples.pixel_bytes()) * static_cast<double>(texels()));
+    const double of_texel = page_bytes_per_texel(samples.pixel_bytes()) + (is_given ? kOwnerBytesPerTexel : 0);
+    return static_cast<std::size_t>(of_texel * static_cast<double>(texels()));
   }
   /// Bytes of a file that it is spilled to.
   std::size_t spilled_bytes() const { return (4 + samples.pixel_bytes()) * texels(); }
   bool is_open() const { return !state.empty(); }
+  /// See AtlasBuild::open().
   void open();
   /// Moves the texels to a file; reload() gets them back from the same place, which has room for spilled_bytes(). Throws
   /// OutputError.
@@ -137,6 +140,9 @@ std::vector<ChartPlace> chart_places(std::span<const ChartShape> shapes, const P
 /// Closed pages with the owners of their blocks. \param bands as of Page
 std::vector<Page> make_pages(std::span<const ChartShape> shapes, const Packing& packing, int edge,
                              const BandSet* bands);
+
+/// The same for a given layout; owners come with open pages (AtlasBuild::open).
+std::vector<Page> given_pages(const Packing& packing, const BandSet* bands);
 
 /// Extends charts outwards, each texel taking the mean of the neighbours nearer to the chart: over all of the chart's
 /// own blocks, and up to `padding` texels into blocks without an owner. Returns how many texels outside charts lie within

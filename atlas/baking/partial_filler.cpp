@@ -142,15 +142,15 @@ std::size_t texel_at(const Page& page, const TexelPoint& p) {
 /// Writes the texels of a raster that are on the page.
 void write(const ChartRaster& raster, std::size_t layer, std::span<const Color> color, std::uint32_t chart,
            AtlasBuild& build) {
-  const ChartPlace& place = build.places[chart];
   Page& page = build.page_of(chart);
   for (int y = raster.box.y0; y < raster.box.y1; ++y) {
     for (int x = raster.box.x0; x < raster.box.x1; ++x) {
       const std::size_t i = raster.at(x, y);
       if (!is_baked(raster.reach[i], build.options.padding)) continue;
-      const auto texel = place.texel(x, y);
-      page.put(layer, texel.x, texel.y, color[i]);
-      page.state[page.at(texel.x, texel.y)] = state_of(raster.reach[i]);
+      const auto texel = build.own_texel(chart, x, y);
+      if (!texel) continue;
+      page.put(layer, texel->x, texel->y, color[i]);
+      page.state[page.at(texel->x, texel->y)] = state_of(raster.reach[i]);
     }
   }
 }
@@ -246,10 +246,8 @@ bool PartialFiller::begin_round() {
   });
   // Charts without any colour around them take the mean when no others are left.
   use_mean_ = std::find(ready.begin(), ready.end(), 1) == ready.end();
-  if (use_mean_) {
-    std::fill(ready.begin(), ready.end(), char{1});
-    mean_ = build_.mean_color();
-  }
+  if (use_mean_) std::fill(ready.begin(), ready.end(), char{1});
+  if (use_mean_ || build_.input.layout != nullptr) mean_ = build_.mean_color();
   round_.clear();
   std::vector<OpenChart> left;
   for (std::size_t k = 0; k < open_.size(); ++k) (ready[k] != 0 ? round_ : left).push_back(std::move(open_[k]));
@@ -301,22 +299,26 @@ void PartialFiller::fill_chart(const OpenChart& open) {
 }
 
 void PartialFiller::fill_chart(const OpenChart& open, const ChartRaster& raster, std::size_t layer) {
-  std::vector<Color> color(raster.owner.size(), use_mean_ ? mean_.mean(layer) : Color{});
+  std::vector<Color> color(raster.owner.size(),
+                           use_mean_ || build_.input.layout != nullptr ? mean_.mean(layer) : Color{});
   if (!use_mean_) {
     std::vector<std::uint8_t> known(open.known.begin(), open.known.end());
     const Page& page = build_.page_of(open.chart);
     for (int y = raster.box.y0; y < raster.box.y1; ++y)
       for (int x = raster.box.x0; x < raster.box.x1; ++x)
         if (const std::size_t i = raster.at(x, y); known[i] != 0) {
-          const auto texel = build_.places[open.chart].texel(x, y);
-          color[i] = page.color(layer, texel.x, texel.y);
+          const auto texel = build_.own_texel(open.chart, x, y);
+          known[i] = texel.has_value();
+          if (texel) color[i] = page.color(layer, texel->x, texel->y);
         }
     for (const Seed& seed : border_seeds(open, layer)) {
       if (known[seed.texel] != 0) continue;  // the first seed of a texel counts
       color[seed.texel] = seed.color;
       known[seed.texel] = 1;
     }
-    smooth_fill(color, known, raster.width(), raster.height());
+    // Of a given layout a chart may have no colour of its own, where others lie over what photos show.
+    const bool any = std::ranges::find(known, 1) != known.end();
+    if (any) smooth_fill(color, known, raster.width(), raster.height());
   }
   write(raster, layer, color, open.chart, build_);
 }

@@ -23,7 +23,7 @@ std::optional<PlaneMap> map_projected(const Mesh& mesh, const Triangle& t, const
       sign * dot(normal, r1)};
 }
 
-/// The texels of a flat chart are an affine image of its face.
+/// The texels of a flat chart, and of one that is given, are affine images of their faces.
 std::optional<PlaneMap> map_flat(const Mesh& mesh, const Triangle& t, const TexelTriangle& c) {
   const double ux = c[1].x - c[0].x, uy = c[1].y - c[0].y, vx = c[2].x - c[0].x, vy = c[2].y - c[0].y;
   const double area = ux * vy - uy * vx;
@@ -38,7 +38,7 @@ std::optional<PlaneMap> map_flat(const Mesh& mesh, const Triangle& t, const Texe
 
 std::optional<PlaneMap> plane_map(const Mesh& mesh, const Scene& scene, const ChartSet& set, std::uint32_t face) {
   const Chart& chart = set.charts[set.face_chart[face]];
-  if (chart.kind == ChartKind::flat) return map_flat(mesh, mesh.faces[face], set.corners[face]);
+  if (chart.kind == ChartKind::flat || chart.given) return map_flat(mesh, mesh.faces[face], set.corners[face]);
   return map_projected(mesh, mesh.faces[face], chart, scene.views[index(chart.view)]);
 }
 

@@ -40,6 +40,7 @@ FaceShare::FaceShare(const AtlasBuild& build, const Chart& chart, ViewId id, con
     : build_(build),
       view_(build.input.scene.views[index(id)]),
       main_(build.input.scene.views[index(chart.view)]),
+      given_(chart.given),
       number_(static_cast<std::uint32_t>(index(id))),
       main_number_(static_cast<std::uint32_t>(index(chart.view))),
       coarse_(coarse),
@@ -61,7 +62,7 @@ FaceShare::Corner FaceShare::place(std::uint32_t vertex, const BlendWeights::Sha
   const WorldPoint& p = build_.input.mesh.positions[vertex];
   const Camera& camera = view_.camera;
   const CameraPoint c = camera_from_world(view_.pose, p);
-  const double nearness = 1 / camera_from_world(main_.pose, p).z;
+  const double nearness = given_ ? 1 : 1 / camera_from_world(main_.pose, p).z;
   Corner corner;
   corner.is_placed = true;
   corner.frame = nearness * WorldPoint{camera.fx * c.x + camera.cx * c.z, camera.fy * c.y + camera.cy * c.z, c.z};

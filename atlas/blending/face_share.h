@@ -41,8 +41,8 @@ class FaceShare {
     bool is_shown = false;
     Color factor;      ///< of the coarse colours
     PhotoPoint photo;  ///< if it is shown
-    /// (x w, y w, w) of its position (x, y) in the frame, w being its depth by that in the main view: between the corners of
-    /// a face such triples are linear in the texels.
+    /// (x w, y w, w) of its position (x, y) in the frame, w being its depth by that in the main view, or its depth alone where
+    /// places are given: between the corners of a face such triples are linear in the texels.
     WorldPoint frame;
   };
   static constexpr std::uint32_t kNoVertex = 0xFFFFFFFFu;
@@ -61,6 +61,7 @@ class FaceShare {
 
   const AtlasBuild& build_;
   const View &view_, &main_;
+  bool given_;  ///< Chart::given
   std::uint32_t number_, main_number_;
   const CoarseRows& coarse_;
   double lens_error_;         ///< of interpolation over a pixel

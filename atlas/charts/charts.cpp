@@ -7,6 +7,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "atlas/charts/chart_cutting.h"
 #include "atlas/charts/chart_merging.h"
 #include "atlas/charts/chart_shape.h"
 #include "atlas/charts/flat_chart.h"
@@ -50,21 +51,6 @@ std::vector<std::uint32_t> flood(const FaceNeighbours& neighbours, std::uint32_t
       if (joins(other)) faces.push_back(other);
   return faces;
 }
-
-/// The longer axis of a box; its middle tells the faces of the two halves apart.
-class LongAxis {
- public:
-  explicit LongAxis(const FrameBox& box) : x_(box.x1 - box.x0 >= box.y1 - box.y0) {
-    middle_ = 1.5 * (x_ ? box.x0 + box.x1 : box.y0 + box.y1);
-  }
-  /// Three times the position of a face's centroid.
-  double place(const TexelTriangle& t) const { return x_ ? t[0].x + t[1].x + t[2].x : t[0].y + t[1].y + t[2].y; }
-  bool in_first_half(const TexelTriangle& t) const { return place(t) < middle_; }
-
- private:
-  bool x_;
-  double middle_;
-};
 
 class ChartMaker {
  public:
@@ -214,28 +200,8 @@ class ChartMaker {
         add_projected(kind, std::move(part), reduction, piece);
         continue;
       }
-      std::vector<FramePart> pieces;
-      cut_ragged(std::move(part), pieces);
-      for (auto& cut : pieces) add_projected(kind, std::move(cut), 1, piece);
+      for (auto& cut : cut_ragged(std::move(part), result_.corners)) add_projected(kind, std::move(cut), 1, piece);
     }
-  }
-
-  /// Large charts that leave much of their box empty make holes on pages, and there are too few small charts to fill
-  /// them. Halves across the longer axis pack better, at the price of a margin on both sides of the cut.
-  void cut_ragged(FramePart part, std::vector<FramePart>& pieces) const {
-    // Chosen on two real scenes: pages were 67 % and 65 % full without cuts and 82 % and 77 % with these values. Half
-    // and twice the length, and shares of 0.5 and 0.66, all did worse on one of the scenes.
-    constexpr double kLong = 250, kRagged = 0.55;
-    const double width = part.box.x1 - part.box.x0, height = part.box.y1 - part.box.y0;
-    double area = 0;
-    for (const auto face : part.faces) area += std::abs(doubled_area(result_.corners[face])) / 2;
-    if (std::max(width, height) <= kLong || area > kRagged * width * height || part.faces.size() < 2)
-      return pieces.push_back(std::move(part));
-    const LongAxis axis(part.box);
-    std::array<std::vector<std::uint32_t>, 2> halves;
-    for (const auto face : part.faces) halves[axis.in_first_half(result_.corners[face]) ? 0 : 1].push_back(face);
-    if (halves[0].empty() || halves[1].empty()) return pieces.push_back(std::move(part));
-    for (auto& half : halves) cut_ragged(part_of(std::move(half)), pieces);
   }
 
   void add_projected(ChartKind kind, FramePart part, double reduction, std::uint32_t piece) {

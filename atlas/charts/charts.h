@@ -41,6 +41,9 @@ struct Chart {
   ChartKind kind = ChartKind::plain;
   ViewId view = kNoView;   ///< whose projection gives the corners; kNoView for unseen faces
   std::uint32_t tile = 0;  ///< of all its faces, AtlasInput::tile
+  /// Its faces lie where AtlasInput::layout has them, rather than where the view shows them: each by an affine map of its own.
+  /// The origin is then the page position of the box, at scale 1.
+  bool given = false;
   std::vector<std::uint32_t> faces;
   double origin_x = 0, origin_y = 0;  ///< frame position of the top-left corner of the first texel; integral at scale 1
   double scale = 1;           ///< texels a frame pixel; 1 unless texels are limited or a single face exceeds a page

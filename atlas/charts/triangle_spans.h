@@ -20,6 +20,16 @@ inline double doubled_area(const TexelTriangle& t) {
   return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
+/// The weights of the corners at a place, those of a place outside moved onto the triangle; a third each without area.
+inline std::array<double, 3> shares_at(const TexelTriangle& t, double x, double y) {
+  const double area = doubled_area(t);
+  if (area == 0) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
+  const double b = std::clamp(doubled_area({t[0], {x, y}, t[2]}) / area, 0.0, 1.0);
+  const double c = std::clamp(doubled_area({t[0], t[1], {x, y}}) / area, 0.0, 1.0);
+  const double a = std::max(0.0, 1 - b - c), sum = a + b + c;
+  return {a / sum, b / sum, c / sum};
+}
+
 /// Half-open box of cells.
 struct CellBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;

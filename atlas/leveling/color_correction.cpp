@@ -230,13 +230,11 @@ OffsetPlane::OffsetPlane(const TexelTriangle& t, const std::array<Color, 3>& off
 
 Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {
   if (nodes.empty()) return {};
-  const double area = doubled_area(t);
   const Color &at_a = offsets[nodes[face][0]], &at_b = offsets[nodes[face][1]], &at_c = offsets[nodes[face][2]];
-  if (area == 0) return (1.0f / 3) * (at_a + at_b + at_c);
-  const double b = std::clamp(doubled_area({t[0], {x, y}, t[2]}) / area, 0.0, 1.0);
-  const double c = std::clamp(doubled_area({t[0], t[1], {x, y}}) / area, 0.0, 1.0);
-  const double a = std::max(0.0, 1 - b - c), sum = a + b + c;
-  return static_cast<float>(a / sum) * at_a + static_cast<float>(b / sum) * at_b + static_cast<float>(c / sum) * at_c;
+  if (doubled_area(t) == 0) return (1.0f / 3) * (at_a + at_b + at_c);
+  const std::array<double, 3> share = shares_at(t, x, y);
+  return static_cast<float>(share[0]) * at_a + static_cast<float>(share[1]) * at_b +
+         static_cast<float>(share[2]) * at_c;
 }
 
 namespace {

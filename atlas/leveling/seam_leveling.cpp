@@ -119,7 +119,7 @@ class Leveler {
         if (!(seams_.weight[i] > 0)) continue;
         const PixelPoint& frame = seams_.frame[i][side];
         const double t = (k + 0.5) / edge.samples;
-        if (chart.kind == ChartKind::flat)
+        if (chart.kind == ChartKind::flat || chart.given)
           visit(side, i, TexelPoint{ends[0].x + t * (ends[1].x - ends[0].x), ends[0].y + t * (ends[1].y - ends[0].y)});
         else
           visit(side, i,

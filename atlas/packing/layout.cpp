@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "atlas/charts/given_charts.h"
 #include "io/grouping.h"
 
 namespace gpvc::atlas {
@@ -52,6 +53,7 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
                        const CoverageIndex& coverage, double reduction) {
   Layout layout;
   layout.reduction = reduction;
+  layout.edge = block_edge(options.padding);
   layout.set = make_charts(input, options, neighbours, coverage, reduction);
   layout.shapes.resize(layout.set.placed);
   tbb::parallel_for(std::size_t{0}, layout.set.placed, [&](std::size_t i) {
@@ -64,6 +66,19 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
   }
   layout.packing = pack_tiles(std::span(layout.set.charts).first(layout.set.placed), shapes,
                               options.page_size / block_edge(options.padding));
+  return layout;
+}
+
+/// Charts share nothing but pages, whose blocks are single texels.
+Layout lay_out_given(const AtlasInput& input, const FaceNeighbours& neighbours) {
+  Layout layout;
+  layout.set = make_given_charts(input, neighbours);
+  for (const Chart& chart : std::span(layout.set.charts).first(layout.set.placed)) {
+    layout.shapes.push_back({{chart.width, chart.height, {}, 0}, 0, 0});
+    layout.packing.placements.push_back({input.layout->face_page[chart.faces[0]], static_cast<int>(chart.origin_x),
+                                         static_cast<int>(chart.origin_y), 0});
+  }
+  for (const io::UvPage& page : input.layout->pages) layout.packing.pages.push_back({page.width, page.height});
   return layout;
 }
 
@@ -96,6 +111,7 @@ std::size_t page_texels(const Packing& packing, int edge) {
 
 Layout lay_out(const AtlasInput& input, const AtlasOptions& options, const FaceNeighbours& neighbours,
                const CoverageIndex& coverage) {
+  if (input.layout != nullptr) return lay_out_given(input, neighbours);
   if (input.finished != nullptr)
     return lay_out_reduced(input, options, neighbours, coverage, input.finished->reduction);
   const auto at = [&](double reduction) { return lay_out_reduced(input, options, neighbours, coverage, reduction); };

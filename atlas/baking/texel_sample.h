@@ -1,0 +1,44 @@
+// Colours of texels that are looked up one by one, through the planes of their faces.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "atlas/baking/baking.h"
+
+namespace gpvc::atlas {
+
+/// What a view shows over a texel.
+struct ExposedTexel {
+  Color color, gain;  ///< the former exposed
+  PixelPoint frame;   ///< of the texel's middle
+};
+
+/// One bicubic sample where the texel is as fine as the photo's pixels, else the mean of a grid of samples over its square, those
+/// that do not show the face left out. In a given layout samples stay close to the face if the square takes many pixels: a texel
+/// that is larger than its face has the face's colour. nullopt where the view shows nothing.
+/// \param samples become the means of the layers after the first
+std::optional<ExposedTexel> sample_texel(const AtlasBuild& build, const ViewPhoto& photo, const TexelSource& source,
+                                         int x, int y, std::vector<Color>& samples);
+
+/// Offsets of a chart's strip at texels that come in blocks of kStripRow x kStripRow, row by row.
+class StripOffsets {
+ public:
+  /// \param strip or nullptr, for none
+  StripOffsets(const ChartStrip* strip, const CellBox& box) : strip_(strip), box_(box) {}
+
+  Color at(int x, int y);
+
+ private:
+  static constexpr int kNowhere = std::numeric_limits<int>::min();
+  const ChartStrip* strip_;
+  CellBox box_;
+  int x0_ = kNowhere, y0_ = kNowhere;  ///< the block of near_
+  int row_ = kNowhere;                 ///< the row of offsets_
+  std::vector<StripSample> near_;
+  std::array<Color, kStripRow> offsets_{};
+};
+
+}  // namespace gpvc::atlas
