@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "../../io/scene.h"
+#include "../../io/uv_layout.h"
 #include "../results/observer.h"
 
 namespace gpvc::checks {
@@ -20,6 +21,7 @@ struct Input {
   const Mesh& mesh;
   std::span<const ViewId> views;               ///< to texture from, ascending
   std::filesystem::path mesh_file = {"mesh"};  ///< named in errors and warnings
+  const io::UvLayout* layout = nullptr;        ///< where the faces lie on pages; null: charts and pages are made
 };
 
 /// Throws InputError for an input that no reader gives: see gpvc::validate(). O(n).

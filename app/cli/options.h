@@ -77,6 +77,8 @@ struct TextureOptions : CommandOptions {
   SceneInput input;
   std::filesystem::path allow;  ///< rules about photos; empty: none
   std::filesystem::path from;   ///< an earlier result to change; empty: none
+  bool keep_uv = false;         ///< bake onto the mesh's own texture coordinates
+  bool sizes_pages = false;     ///< a page size is given
   pipeline::Settings settings;
 };
 

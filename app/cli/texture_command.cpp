@@ -19,6 +19,7 @@ Json options_json(const TextureOptions& o) {
   json.update(settings_json(o.settings, options_for(pipeline::For::one_model)));
   json["allow"] = o.allow.string();
   json["from"] = o.from.string();
+  json["keep_uv"] = o.keep_uv;
   json["editable"] = o.settings.editable || !o.from.empty();
   return json;
 }
@@ -54,8 +55,8 @@ Json preview_json(const pipeline::WrittenModel& written) {
 // What has no meaning for a result in tiles.
 bool needs_one_model(const TextureOptions& o) {
   const pipeline::Settings& s = o.settings;
-  return s.editable || !o.from.empty() || s.atlas.max_pages > 0 || s.atlas.max_texels > 0 || s.atlas.band_gains ||
-         s.output.max_bytes > 0;
+  return s.editable || !o.from.empty() || o.keep_uv || s.atlas.max_pages > 0 || s.atlas.max_texels > 0 ||
+         s.atlas.band_gains || s.output.max_bytes > 0;
 }
 
 // What was asked for and tiles do not have: the end of a sentence.
@@ -81,6 +82,35 @@ TextureInput read_input(const SceneInput& input, const std::filesystem::path& al
   return in;
 }
 
+// Throws UsageError for options that exclude --keep-uv, or belong to it.
+void check_keep_uv(const TextureOptions& o) {
+  if (!o.keep_uv) {
+    if (o.settings.overlap != pipeline::Overlap::once) throw UsageError("--overlap belongs to --keep-uv");
+    return;
+  }
+  const atlas::AtlasOptions& atlas = o.settings.atlas;
+  const auto refuse = [](bool given, const char* option, const char* why) {
+    if (given) throw UsageError(fmt::format("--keep-uv does not go with {}: {}", option, why));
+  };
+  refuse(!o.from.empty(), "--from", "changed faces would need charts on pages of their own");
+  refuse(o.settings.editable, "--editable", "changed faces would need charts on pages of their own");
+  refuse(o.settings.output.target == pipeline::Target::web, "--target web", "its pages would have to be made smaller");
+  refuse(atlas.max_pages > 0, "--max-pages", "the texture coordinates say how many pages there are");
+  refuse(atlas.max_texels > 0, "--max-texels", "pages are as large as their images, or as --page-size says");
+  refuse(atlas.texel_size > 0, "--texel-size", "pages are as large as their images, or as --page-size says");
+  refuse(!o.input.more_meshes.empty(), "several meshes", "expected one file with texture coordinates");
+}
+
+// The layout of the mesh's own texture coordinates.
+io::UvLayout read_layout(const TextureOptions& o, const Mesh& mesh) {
+  const io::StatedUv uv = io::read_uv(o.input.mesh);
+  if (uv.face_texcoords.size() != mesh.faces.size())
+    throw InputError(o.input.mesh, "",
+                     fmt::format("has {} faces with texture coordinates and {} without them", uv.face_texcoords.size(),
+                                 mesh.faces.size()));
+  return io::lay_out(uv, {o.settings.atlas.page_size, !o.sizes_pages}, o.input.mesh);
+}
+
 void write_views(const SceneInputData& in, pipeline::OutputFolder& folder) {
   evaluate::write_views_json(folder.file("views.json"), in.scene, in.used, in.held_out);
 }
@@ -89,7 +119,8 @@ void write_views(const SceneInputData& in, pipeline::OutputFolder& folder) {
 
 void run_texture(const TextureOptions& options, Console& console) {
   refuse_contradictions(options.settings);
-  refuse_overwriting(options.input, options.out, {"model.obj"});
+  check_keep_uv(options);
+  refuse_overwriting(options.input, options.out, {"model.obj", "model.glb", "model.gltf"});
   note_kept_work(options, options.settings, console);
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     if (!options.from.empty()) pipeline::OutputFolder::finish_interrupted(options.from);
@@ -99,7 +130,9 @@ void run_texture(const TextureOptions& options, Console& console) {
     done.settings = pipeline::with_target(given, in.mesh.faces.size());
     io::PhotoCache photos(in.scene);
     write_views(in, folder);
-    const pipeline::Input input = in.input();
+    pipeline::Input input = in.input();
+    std::optional<io::UvLayout> layout;
+    if (options.keep_uv) input.layout = &layout.emplace(read_layout(options, in.mesh));
     const pipeline::Run run{input, done.settings, photos, record};
     std::optional<pipeline::TexturedFiles> files;
     try {

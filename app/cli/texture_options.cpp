@@ -27,8 +27,14 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
            "Change the editable result in DIR: only faces that other --allow rules affect are textured anew, on new "
            "pages. With --force, DIR may be OUT")
       ->check(not_empty());
+  OptionGroup{*app, pipeline::kSize}.flag(
+      "--keep-uv", options.keep_uv,
+      "Bake onto the texture coordinates that MESH (.obj, .glb, .gltf) has, instead of laying charts out anew. "
+      "Materials "
+      "and UDIM tiles become pages, as large as their images, or with a longer edge of --page-size");
   add_output(*app, options);
   add_settings(*app, options.settings, options_for(pipeline::For::one_model));
+  app->get_option("--page-size")->each([&options](const std::string&) { options.sizes_pages = true; });
   add_earlier_names(*app, options.settings, options.common);
   add_common(*app, options.common,
              std::string(R"(Examples:
@@ -37,6 +43,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   gpvc texture colmap mesh.ply -o out --texture png --page-size 4096 --force
   gpvc texture colmap mesh.ply --from out --allow roof.json -o out2
   gpvc texture colmap mesh.ply -o web --target web --max-bytes 20M
+  gpvc texture colmap unwrapped.obj -o out --keep-uv --page-size 4096
 
 Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb (or model.gltf and model.bin),
 preview.png, misfit.png (how well photos fit each other at cuts: green well, red 2 px apart),
@@ -45,7 +52,8 @@ faces.npy (GLB triangle to input face), source_faces.npy (face to the polygon it
 where there are any), offset.txt where coordinates are large, metadata.xml where their reference
 system is known (SRS and SRSOrigin, as ContextCapture writes them), run.json; with --editable or
 --from edit-views.bin, edit-model.bin and edit-hashes.txt. With --target web model.glb is for
-browsers, and faces.npy is in its order; model.obj and its pages are as ever.
+browsers, and faces.npy is in its order; model.obj and its pages are as ever. With --keep-uv
+several materials have pages model_MATERIAL.jpg, UDIM tiles model.1001.jpg and so on.
 
 )") + kRulesHelp +
                  R"(Where floats would round coordinates noticeably (UTM, for example), model.obj and model.glb are

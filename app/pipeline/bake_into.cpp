@@ -74,7 +74,7 @@ void report_atlas(const atlas::TextureAtlas& atlas, bool leveled, Observer& obse
 atlas::BakeOptions share_memory(const atlas::AtlasPlan& plan, const MemoryPlan& memory, const Run& run) {
   const double texel = memory.work.page_texel_bytes();
   const double pages = texel * static_cast<double>(plan.estimate().page_texels);
-  const double page = std::min(pages, texel * run.settings.atlas.page_size * run.settings.atlas.page_size);
+  const double page = std::min(pages, texel * memory.work.page_texels);
   const MemoryPlan::Shares shares = memory.while_baking(pages, page);
   run.photos.keep_at_most(shares.photos);
   return {.page_bytes = shares.pages, .batch_bytes = shares.batch};

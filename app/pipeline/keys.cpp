@@ -23,6 +23,16 @@ void add_mesh(io::WorkHash& hash, const Mesh& mesh) {
   hash.add(mesh.faces);
 }
 
+void add_layout(io::WorkHash& hash, const io::UvLayout& layout) {
+  hash.add(layout.texcoords);
+  hash.add(layout.face_texcoords);
+  hash.add(layout.face_page);
+  for (const io::UvPage& page : layout.pages) {
+    hash.add(page.width);
+    hash.add(page.height);
+  }
+}
+
 // What the view's name and files are called does not matter.
 void add_view(io::WorkHash& hash, const View& view) {
   hash.add(view.pose);
@@ -153,6 +163,7 @@ std::optional<StepKeys> step_keys(const Run& run) {
   io::WorkHash pages;
   pages.add(keys.labels);
   add_options(pages, run.settings, Affects::pages);
+  if (run.input.layout != nullptr) add_layout(pages, *run.input.layout);
   keys.pages = pages.key();
   return keys;
 }

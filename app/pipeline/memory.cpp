@@ -122,7 +122,7 @@ std::size_t available_memory(const fs::path& root) {
 std::size_t default_memory_limit() { return available_memory() / 10 * 7; }
 
 double Workload::page_texel_bytes() const {
-  return atlas::page_bytes_per_texel(static_cast<std::size_t>(sample_bytes));
+  return atlas::page_bytes_per_texel(static_cast<std::size_t>(sample_bytes)) + owner_bytes;
 }
 
 double Workload::photo_pixel_bytes() const { return held::kPhotoPixel + sample_bytes; }
@@ -156,9 +156,20 @@ Workload workload(const Input& input, const Settings& settings) {
     work.pairs += pairs[n] * static_cast<double>(step);
     work.texels += area[n] * static_cast<double>(step);
   }
+  const atlas::AtlasOptions& atlas = settings.atlas;
+  if (input.layout != nullptr) {
+    work.texels = 0;
+    work.owner_bytes = atlas::kOwnerBytesPerTexel;
+    for (const io::UvPage& page : input.layout->pages) {
+      const double texels = static_cast<double>(page.width) * page.height;
+      work.texels += texels;
+      work.page_texels = std::max(work.page_texels, texels);
+    }
+    return work;
+  }
   // Pages are about four fifths full.
   work.texels /= 0.8;
-  const atlas::AtlasOptions& atlas = settings.atlas;
+  work.page_texels = static_cast<double>(atlas.page_size) * atlas.page_size;
   if (atlas.max_texels > 0) work.texels = std::min(work.texels, static_cast<double>(atlas.max_texels));
   if (atlas.max_pages > 0)
     work.texels = std::min(work.texels, static_cast<double>(atlas.max_pages) * atlas.page_size * atlas.page_size);
@@ -251,7 +262,7 @@ MemoryPlan plan_for(const Workload& work, const MemoryNeed& need, const Settings
   // At least one page is baked at a time.
   const double texel = work.page_texel_bytes();
   const double all_pages = texel * work.texels;
-  const double page = std::min(texel * settings.atlas.page_size * settings.atlas.page_size, all_pages);
+  const double page = std::min(texel * work.page_texels, all_pages);
   const double least = std::max({plan.need.see, plan.need.choose, plan.need.write, plan.need.bake + page});
   const auto most = static_cast<double>(settings.memory_bytes > 0 ? settings.memory_bytes : default_memory_limit());
   if (least > most && most < promised)

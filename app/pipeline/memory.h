@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "../../atlas/atlas.h"
 #include "../../io/error.h"
 #include "../../visibility/result.h"
 #include "../checks/input.h"
@@ -28,7 +29,9 @@ struct Workload {
   double pixels = 0, most_pixels = 0;  ///< of all views, of the largest one
   double pairs = 0;                    ///< of a face and a view that has it in its frame, from the front
   double texels = 0;                   ///< of all pages
+  double page_texels = 0;              ///< of the largest page that there may be
   double sample_bytes = 0;             ///< of a pixel, where photos have bands (BandSet::pixel_bytes()), and of a texel
+  double owner_bytes = 0;              ///< of a texel of a given layout, see atlas::kOwnerBytesPerTexel
 
   double page_texel_bytes() const;  ///< of a page that is painted
   double photo_pixel_bytes() const;

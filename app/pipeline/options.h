@@ -41,7 +41,7 @@ namespace gpvc::pipeline {
 GPVC_MEMBERS(ViewRule, region, allow, views, name)
 GPVC_MEMBERS(OutputSettings, target, max_bytes, webp_quality, jpeg_fallback, texture, quality, gltf, normals, lit, up)
 GPVC_MEMBERS(Settings, visibility, device, costs, allow_misfit, allow_unseen, view_rules, edge_weights, solver, atlas,
-             output, memory_bytes, keep_work, editable)
+             output, memory_bytes, keep_work, editable, overlap)
 
 /// The first result that depends on an option; so do all later ones. pages: as photos have painted them; page_files: filled and
 /// encoded; nothing: results are the same.
@@ -88,6 +88,7 @@ constexpr const auto& names_of(Target) { return kTargetNames; }
 constexpr const auto& names_of(io::ImageFormat) { return kPageFormatNames; }
 constexpr const auto& names_of(io::GltfContainer) { return io::kGltfContainerNames; }
 constexpr const auto& names_of(KeepWork) { return kKeepWorkNames; }
+constexpr const auto& names_of(Overlap) { return kOverlapNames; }
 constexpr const auto& names_of(const std::optional<io::UpAxis>&) { return kUps; }
 
 template <typename Value>
@@ -291,7 +292,11 @@ auto options_of(T& o) {
                        "Keep finished work in OUT/.work until all is done, so that the same command goes on from there "
                        "if it is cut off; auto: if it may take more than a minute")),
           only(For::one_model, offered(o.editable, "editable", nothing, kOutput,
-                                       "Also keep what it takes to change this result later: three files, edit-*"))));
+                                       "Also keep what it takes to change this result later: three files, edit-*")),
+          only(For::one_model, offered(o.overlap, "overlap", nothing, kSize,
+                                       "Where faces lie over each other in the texture coordinates of MESH. once: the "
+                                       "texels are baked once, for one "
+                                       "of the faces; refuse: the run stops"))));
 }
 
 namespace detail {

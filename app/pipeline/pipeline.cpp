@@ -10,6 +10,7 @@
 #include "app/pipeline/bake_into.h"
 #include "app/pipeline/checkpoint.h"
 #include "app/pipeline/edit_files.h"
+#include "app/pipeline/given_layout.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/stored.h"
 #include "app/pipeline/texture_files.h"
@@ -84,6 +85,7 @@ void note_memory(const MemoryPlan& memory, Observer& observer) {
 
 TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputFolder& folder) {
   note_memory(memory, given.observer);
+  look_at_layout(given);
   FileSizes sizes = predicted_sizes(given.input, given.settings, memory.work.texels);
   if (given.settings.editable) sizes.likely += edit_bytes(memory.work);
   io::CoarsePhotos with_coarse = with_coarse_photos(given, memory.work, sizes.likely, folder.in_making());
@@ -143,6 +145,7 @@ TexturedMesh texture(Scene& scene, Mesh& mesh, const Settings& settings, io::Pho
 
 TexturedMesh texture(const Run& given) {
   checks::validate(given.input);
+  look_at_layout(given);
   const MemoryPlan memory = plan_memory(given.input, given.settings);
   std::error_code failed;
   io::CoarsePhotos with_coarse =
@@ -185,7 +188,10 @@ labeling::Selection choose(const labeling::CostTable& costs, const labeling::Fac
 
 atlas::AtlasInput atlas_input(const Input& input, io::PhotoSource& photos, const labeling::FaceGraph& graph,
                               const Seen& seen, std::span<const ViewId> labels) {
-  return {input.mesh, input.scene, photos, graph, labels, seen.candidates.tags, seen.candidates.table, seen.coverage};
+  atlas::AtlasInput made{input.mesh,           input.scene,           photos,       graph, labels,
+                         seen.candidates.tags, seen.candidates.table, seen.coverage};
+  made.layout = input.layout;
+  return made;
 }
 
 atlas::AtlasPlan plan(const atlas::AtlasInput& input, const atlas::AtlasOptions& options, Observer& observer) {

@@ -41,6 +41,11 @@ struct OutputSettings {
   std::optional<io::UpAxis> up;  ///< nullopt: found from the cameras
 };
 
+/// Where faces of a given layout lie over each other. once: each texel shows one of them, and a warning counts them. refuse: the
+/// run ends before photos are looked at.
+enum class Overlap { once, refuse };
+inline constexpr Named<Overlap> kOverlapNames[] = {{"once", Overlap::once}, {"refuse", Overlap::refuse}};
+
 /// Whether texture_into() keeps its work in the output folder until the result is complete, so that it can go on from there
 /// after it was cut off. automatic: if it is expected to take more than a minute, or an earlier run has kept some.
 enum class KeepWork { automatic, always, never };
@@ -63,6 +68,7 @@ struct Settings {
   KeepWork keep_work = KeepWork::automatic;
   /// texture_into() also writes what retexture_into() needs to change the result (edit_files.h).
   bool editable = false;
+  Overlap overlap = Overlap::once;  ///< of Input::layout
 };
 
 }  // namespace gpvc::pipeline

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/pipeline/given_layout.h"
 #include "app/pipeline/misfit_picture.h"
 #include "app/pipeline/render_model.h"
 #include "app/pipeline/web_model.h"
@@ -29,9 +30,13 @@ constexpr std::size_t kPreviewTexels =
     2 * std::size_t{kPreviewWidth} * kPreviewHeight * kPreviewSamples * kPreviewSamples;
 constexpr std::array<std::uint8_t, 3> kBackground{214, 217, 221};
 
-std::vector<io::PageFile> promise_pages(OutputFolder& folder, std::size_t pages, io::ImageFormat format) {
+std::vector<io::PageFile> promise_pages(const Input& input, OutputFolder& folder, std::size_t pages,
+                                        io::ImageFormat format) {
   std::vector<io::PageFile> files;
-  for (std::size_t n = 0; n < pages; ++n) files.push_back({folder.file(page_name(n, format)), format});
+  for (std::size_t n = 0; n < pages; ++n) {
+    files.push_back({folder.file(page_file_name(input, n, format)), format});
+    if (input.layout != nullptr) files.back().material = input.layout->pages[n].material;
+  }
   return files;
 }
 
@@ -125,7 +130,7 @@ io::ModelOptions model_options(const Input& input, std::span<const ViewId> label
   model.normals = settings.normals;
   model.lit = settings.lit;
   if (settings.target == Target::web) model.coding = io::GltfCoding::quantized;
-  model.pageless_faces = false;
+  model.pageless_faces = input.layout != nullptr;  // those without texture coordinates
   // Reference systems of meshes have heights along z.
   model.up = settings.up ? *settings.up : own_system ? io::UpAxis::pos_z : scene_up(input.scene, input.views);
   model.srs = one_line(own_system ? input.mesh.file_srs : input.scene.srs);
@@ -202,7 +207,7 @@ void ModelFiles::begin(const atlas::AtlasEstimate& size) {
   options_ = model_options(run_.input, labels_, run_.settings.output);
   obj_file_ = folder_.file("model.obj");
   folder_.file("model.mtl");
-  pages_ = promise_pages(folder_, size.pages, run_.settings.output.texture);
+  pages_ = promise_pages(run_.input, folder_, size.pages, run_.settings.output.texture);
   if (run_.input.scene.bands)
     for (std::size_t n = 0; n < size.pages; ++n) samples_.push_back(folder_.file(samples_name(n)));
   preview_file_ = folder_.file("preview.png");
