@@ -96,6 +96,19 @@ double FaceShare::interpolation_error() const {
   return longest2 * lens_error_ + std::sqrt(longest2) * (most - least) / (3 * least);
 }
 
+/// As many as a cell's edge has pixels of the coarse photo, in the mean over the face; 16 at most. \param texels of the face
+int FaceShare::samples_along_cell(double texels) const {
+  constexpr double kMost = 16;
+  TexelTriangle frame;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const WorldPoint& p = corners_[i].frame;
+    if (!(p.z > 0)) return 1;
+    frame[i] = {p.x / p.z, p.y / p.z};
+  }
+  const double edge = std::sqrt(std::abs(doubled_area(frame)) / 2 / texels) * kBlendStep / kCoarsePixel;
+  return static_cast<int>(std::ceil(std::clamp(edge - 0.01, 1.0, kMost)));
+}
+
 bool FaceShare::prepare(std::uint32_t face) {
   const Triangle& vertices = build_.input.mesh.faces[face];
   if (std::ranges::none_of(vertices, [&](std::uint32_t vertex) { return corner(vertex).has_share; })) return false;
@@ -112,6 +125,7 @@ bool FaceShare::prepare(std::uint32_t face) {
   begin_ = {-(t[0].x * per_x_.b + t[0].y * per_y_.b), -(t[0].x * per_x_.c + t[0].y * per_y_.c)};
   stretch_ = 1;
   is_affine_ = false;
+  samples_ = given_ ? samples_along_cell(std::abs(area) / 2) : 1;
   if (shows_pole(view_.camera.distortion.model) || !std::ranges::all_of(corners_, &Corner::is_shown)) return true;
   // Of a triangle whose edges are n times shorter both errors are n^2 times smaller. In one that is similar to the face fits a
   // row whose length is a n-th of that of the face's longest.
@@ -134,11 +148,18 @@ std::optional<PhotoPoint> FaceShare::position(const Weights& at) const {
 
 Color FaceShare::factor(const Weights& at) const {
   const auto& [first, second, third] = corners_;
-  return first.factor + static_cast<float>(at.b) * (second.factor - first.factor) +
-         static_cast<float>(at.c) * (third.factor - first.factor);
+  const float share = 1 / static_cast<float>(samples_ * samples_);
+  return share * (first.factor + static_cast<float>(at.b) * (second.factor - first.factor) +
+                  static_cast<float>(at.c) * (third.factor - first.factor));
 }
 
 void FaceShare::add_row(double x, double y, std::span<ColorSum> sums) const {
+  const auto shift = [&](int i) { return ((i + 0.5) / samples_ - 0.5) * kBlendStep; };
+  for (int j = 0; j < samples_; ++j)
+    for (int i = 0; i < samples_; ++i) add_samples(x + shift(i), y + shift(j), sums);
+}
+
+void FaceShare::add_samples(double x, double y, std::span<ColorSum> sums) const {
   const Weights first{begin_.b + x * per_x_.b + y * per_y_.b, begin_.c + x * per_x_.c + y * per_y_.c};
   const auto weights = [&](std::size_t i) {
     const double shift = static_cast<double>(i) * kBlendStep;
@@ -152,7 +173,7 @@ void FaceShare::add_row(double x, double y, std::span<ColorSum> sums) const {
   for (; i < end && !weights(i).is_inside(); ++i) add_beyond(i);
   for (; i < end && !weights(end - 1).is_inside(); --end) add_beyond(end - 1);
   if (i == end) return;
-  const Color change = factor({kBlendStep * per_x_.b, kBlendStep * per_x_.c}) - corners_[0].factor;
+  const Color change = factor({kBlendStep * per_x_.b, kBlendStep * per_x_.c}) - factor({});
   std::optional<PhotoPoint> q = position(weights(i));
   while (i < end) {
     const std::size_t next = is_affine_ ? end : std::min(end, i + stretch_), last = std::min(next, end - 1);

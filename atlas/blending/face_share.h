@@ -16,7 +16,7 @@
 namespace gpvc::atlas {
 
 /// Texels along the edge of a cell of the grid on which sums are kept: a pixel of a coarse photo, where texels are as fine as
-/// the photo's pixels. Larger texels need no finer grid.
+/// the photo's pixels. Larger texels need no finer grid; where places are given, each cell then is a mean over its square.
 inline constexpr int kBlendStep = kCoarsePixel;
 
 /// For faces of a plain chart, one after the other.
@@ -56,6 +56,9 @@ class FaceShare {
   const Corner& corner(std::uint32_t vertex);
   Corner place(std::uint32_t vertex, const BlendWeights::Share& share) const;
   double interpolation_error() const;
+  int samples_along_cell(double texels) const;
+  /// As add_row() with a sample for each cell, at the same place of all of them.
+  void add_samples(double x, double y, std::span<ColorSum> sums) const;
   std::optional<PhotoPoint> position(const Weights& at) const;
   Color factor(const Weights& at) const;
 
@@ -68,6 +71,7 @@ class FaceShare {
   std::vector<Corner> seen_;  ///< the last vertices, by the lowest bits of their numbers
   std::array<Corner, 3> corners_;
   Weights begin_, per_x_, per_y_;  ///< at texel (0, 0), and what a texel adds
+  int samples_ = 1;                ///< along each edge of a cell
   bool is_affine_ = false;
   std::size_t stretch_ = 1;  ///< cells of a row between which positions are interpolated
 };

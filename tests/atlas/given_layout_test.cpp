@@ -152,6 +152,35 @@ TEST(GivenLayout, AveragesOverTexelsLargerThanPixels) {
   });
 }
 
+TEST(GivenLayout, BlendsMeansOfTexelsLargerThanPixels) {
+  // As above, with another photo that is blended: what is added to a texel is a mean, too.
+  const auto stripes = [](double x, double) {
+    const float c = std::fmod(x * 60, 4.0) < 2 ? 40 : 200;
+    return Color{c, c, c};
+  };
+  GivenLayoutScene s(4, stripes);
+  s.add_view(2.02, 2.0, 10, 280, 280, 600);
+  s.photograph(1, stripes);
+  s.candidates.first = {0};
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    s.candidates.views.insert(s.candidates.views.end(), {0, 1});
+    s.candidates.costs.insert(s.candidates.costs.end(), {0.01f, 0.012f});
+    s.candidates.first.push_back(s.candidates.views.size());
+  }
+  LayoutMaker made(s.mesh.faces.size(), 29, 29);
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f)
+    made.put(s.mesh, f, [](const WorldPoint& p) { return from_above(p, 4); });
+  AtlasOptions options = plain_options();
+  options.blend = Blending::coarse;
+  const TextureAtlas atlas = s.bake(made.layout, options);
+  EXPECT_EQ(atlas.statistics.blended_faces, s.mesh.faces.size());
+  const TextureAtlas alone = s.bake(made.layout, plain_options());
+  double sum = 0;
+  for (std::size_t i = 0; i < atlas.pages[0].pixels.size(); ++i)
+    sum += std::pow(atlas.pages[0].pixels[i] - alone.pages[0].pixels[i], 2);
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(atlas.pages[0].pixels.size())), 3) << "the photos show the same";
+}
+
 TEST(GivenLayout, AveragesAlongOneAxisOfStretchedFaces) {
   const auto stripes = [](double x, double y) {
     const float c = std::fmod(x * 60, 4.0) < 2 ? 40 : 200;
