@@ -54,7 +54,7 @@ struct UvLayout {
 /// How large pages are.
 struct UvPageSize {
   int edge = 8192;        ///< of pages, longer one; 1 to 32768 texels
-  bool as_images = true;  ///< pages whose materials have images of known size have that instead
+  bool as_images = true;  ///< pages whose materials have images of known size have that instead, up to 32768
 };
 
 /// Each material has pages of its own. Coordinates of 0 and more, of which some lie beyond 1, are UDIM tiles (u below 10): a

@@ -215,6 +215,13 @@ double AccessorView::component(std::size_t element, std::size_t k) const {
   }
 }
 
+int image_of(const tinygltf::Texture& texture) {
+  const auto webp = texture.extensions.find(kTextureWebp);
+  const bool is_webp =
+      webp != texture.extensions.end() && webp->second.Has("source") && webp->second.Get("source").IsInt();
+  return is_webp ? webp->second.Get("source").Get<int>() : texture.source;
+}
+
 AccessorView positions_of(const fs::path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) throw InputError(file, "mesh", "expected a POSITION attribute");

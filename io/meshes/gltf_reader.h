@@ -75,6 +75,9 @@ class AccessorView {
   bool normalized_ = false;
 };
 
+/// The number of a texture's image: the one of EXT_texture_webp before a fallback.
+int image_of(const tinygltf::Texture& texture);
+
 /// Its positions: floats, or is_short(). Throws InputError.
 AccessorView positions_of(const std::filesystem::path& file, const tinygltf::Model& model,
                           const tinygltf::Primitive& primitive);

@@ -13,7 +13,6 @@
 #include "io/files/text_scan.h"
 #include "io/images/image_file.h"
 #include "io/mesh.h"
-#include "io/meshes/gltf_extensions.h"
 #include "io/meshes/gltf_nodes.h"
 #include "io/meshes/mesh_file.h"
 #include "io/meshes/obj_materials.h"
@@ -135,11 +134,7 @@ std::uint32_t page_of(const fs::path& file, const tinygltf::Model& model, const 
   if (shown.extensions.contains("KHR_texture_transform"))
     throw InputError(file, "texture " + std::to_string(shown.index),
                      "is moved by KHR_texture_transform, expected texture coordinates that need no extension");
-  const tinygltf::Texture& texture = element_at(file, model.textures, shown.index, "texture");
-  int image = texture.source;
-  if (const auto webp = texture.extensions.find(kTextureWebp);
-      webp != texture.extensions.end() && webp->second.Has("source") && webp->second.Get("source").IsInt())
-    image = webp->second.Get("source").Get<int>();
+  const int image = image_of(element_at(file, model.textures, shown.index, "texture"));
   element_at(file, model.images, image, "image");
   return static_cast<std::uint32_t>(image);
 }

@@ -22,6 +22,7 @@ namespace {
 constexpr double kRounding = 1e-4;
 constexpr int kUdimColumns = 10, kFirstUdim = 1001;
 constexpr std::size_t kMostPages = 1000;
+constexpr int kMostEdge = 32768;  ///< of a page
 
 /// The unit square of a face, by its lower left corner.
 struct Tile {
@@ -160,7 +161,8 @@ class LayoutMaker {
     if (material == StatedUv::kNone) return;
     const auto& [name, width, height] = uv_.materials[material];
     if (width <= 0 || height <= 0) return;
-    const double scale = size_.as_images ? 1 : static_cast<double>(size_.edge) / std::max(width, height);
+    const int longer = std::max(width, height), edge = size_.as_images ? std::min(longer, kMostEdge) : size_.edge;
+    const double scale = static_cast<double>(edge) / longer;
     page.width = std::max(1, static_cast<int>(std::lround(width * scale)));
     page.height = std::max(1, static_cast<int>(std::lround(height * scale)));
   }

@@ -56,7 +56,7 @@ StatedUv read_obj_uv(const fs::path& file) {
 
 ImageSize size_of(const fs::path& file, const tinygltf::Model& model, int texture) {
   if (texture < 0) return {};
-  const int source = element_at(file, model.textures, texture, "texture").source;
+  const int source = image_of(element_at(file, model.textures, texture, "texture"));
   if (source < 0) return {};
   const tinygltf::Image& image = element_at(file, model.images, source, "image");
   try {

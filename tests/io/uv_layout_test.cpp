@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 
 #include "io/images.h"
 #include "io/mesh.h"
@@ -108,7 +109,7 @@ TEST(LayOut, LeavesFacesWithoutCoordinatesOut) {
   Stated uv;
   uv.add({0, 0}, {1, 0}, {0, 1});
   uv.face_texcoords.push_back({0, 1, StatedUv::kNone});
-  uv.texcoords.push_back({std::nan(""), 0});
+  uv.texcoords.push_back({std::numeric_limits<double>::quiet_NaN(), 0});
   uv.face_texcoords.push_back({0, 1, 3});
   uv.face_material.resize(3, StatedUv::kNone);
   const UvLayout layout = lay_out(uv, {});
@@ -121,6 +122,14 @@ TEST(LayOut, TakesWhatRoundingLeftBeyondTheRim) {
   EXPECT_EQ(layout.texcoords[0].u, 0.0f);
   EXPECT_EQ(layout.texcoords[1].u, 1.0f);
   EXPECT_EQ(layout.texcoords[2].v, 0.0f);
+}
+
+TEST(LayOut, MakesNoPageLargerThanPagesCanBe) {
+  Stated uv;
+  uv.materials = {{"long", 65536, 100}};
+  const UvLayout layout = lay_out(uv.add({0, 0}, {1, 0}, {0, 1}, 0), {});
+  EXPECT_EQ(layout.pages[0].width, 32768);
+  EXPECT_EQ(layout.pages[0].height, 50);
 }
 
 TEST(LayOut, RefusesFacesAcrossTheRim) {
