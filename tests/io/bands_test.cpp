@@ -318,9 +318,8 @@ TEST(Bands, OfPicturesInMemoryAreCheckedAndPaintedOver) {
   };
   Samples samples = picture(2, SampleType::u16, [](std::size_t b, int, int) { return 1000 * (b + 1); });
   store_sample(samples.at(3, 5), SampleType::u16, 7);
-  const CallbackSource callback(scene, [&](ViewId) { return picture_with(samples); });
   PictureSource memory(scene, {picture_with(samples)});
-  CallbackSource made = callback;
+  CallbackSource made(scene, [&](ViewId) { return picture_with(samples); });
   for (PhotoSource* source : {static_cast<PhotoSource*>(&memory), static_cast<PhotoSource*>(&made)}) {
     const auto given = source->samples(ViewId{0});
     EXPECT_EQ(load_sample(given->at(3, 5), SampleType::u16), 1000) << "painted over";
