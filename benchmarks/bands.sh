@@ -19,28 +19,11 @@ rounds=3
 percent=100
 options=
 gpvc=
-out=
-places=()
-while [ $# -gt 0 ]; do
-  case $1 in
-    --rounds | --percent | --options | --gpvc | -o)
-      [ $# -ge 2 ] || usage "$1 takes a value"
-      case $1 in
-        --rounds) rounds=$2 ;;
-        --percent) percent=$2 ;;
-        --options) options=$2 ;;
-        --gpvc) gpvc=$2 ;;
-        -o) out=$2 ;;
-      esac
-      shift ;;
-    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
-    -?*) usage "there is no option '$1'" ;;
-    *) places+=("$1") ;;
-  esac
-  shift
-done
+o=
+read_arguments "rounds percent options gpvc o" "$@"
 [ ${#places[@]} = 3 ] || usage "expected SCENE, MESH and IMAGES, got ${#places[@]} arguments"
-[ -n "$out" ] || usage "-o DIR is missing"
+[ -n "$o" ] || usage "-o DIR is missing"
+out=$o
 [[ $rounds =~ ^[1-9][0-9]*$ ]] || usage "--rounds takes a number from 1 on, got '$rounds'"
 [[ $percent =~ ^[1-9][0-9]*$ ]] || usage "--percent takes a number from 1 on, got '$percent'"
 command -v gdal_translate >/dev/null || fail "gdal_translate is missing: it is in Debian's gdal-bin"

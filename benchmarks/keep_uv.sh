@@ -18,26 +18,11 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 hold_out=8
 gpvc=
-out=
-places=()
-while [ $# -gt 0 ]; do
-  case $1 in
-    --hold-out | --gpvc | -o)
-      [ $# -ge 2 ] || usage "$1 takes a value"
-      case $1 in
-        --hold-out) hold_out=$2 ;;
-        --gpvc) gpvc=$2 ;;
-        -o) out=$2 ;;
-      esac
-      shift ;;
-    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
-    -?*) usage "there is no option '$1'" ;;
-    *) places+=("$1") ;;
-  esac
-  shift
-done
+o=
+read_arguments "hold-out gpvc o" "$@"
 [ ${#places[@]} = 3 ] || usage "expected SCENE, MESH and IMAGES, got ${#places[@]} arguments"
-[ -n "$out" ] || usage "-o DIR is missing"
+[ -n "$o" ] || usage "-o DIR is missing"
+out=$o
 images=()
 [ "${places[2]}" = - ] || images=(--images "${places[2]}")
 python=$(for each in python3 /usr/bin/python3; do "$each" -c 'import numpy, PIL' 2>/dev/null && echo "$each" && break; done) ||

@@ -21,29 +21,11 @@ web="--target web"
 mbit=50
 modules=$root/build/node/node_modules
 gpvc=
-out=
-places=()
-while [ $# -gt 0 ]; do
-  case $1 in
-    --hold-out | --web | --mbit | --modules | --gpvc | -o)
-      [ $# -ge 2 ] || usage "$1 takes a value"
-      case $1 in
-        --hold-out) hold_out=$2 ;;
-        --web) web=$2 ;;
-        --mbit) mbit=$2 ;;
-        --modules) modules=$2 ;;
-        --gpvc) gpvc=$2 ;;
-        -o) out=$2 ;;
-      esac
-      shift ;;
-    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
-    -?*) usage "there is no option '$1'" ;;
-    *) places+=("$1") ;;
-  esac
-  shift
-done
+o=
+read_arguments "hold-out web mbit modules gpvc o" "$@"
 [ ${#places[@]} = 3 ] || usage "expected SCENE, MESH and IMAGES, got ${#places[@]} arguments"
-[ -n "$out" ] || usage "-o DIR is missing"
+[ -n "$o" ] || usage "-o DIR is missing"
+out=$o
 [[ $mbit =~ ^[0-9]+$ ]] || usage "--mbit takes a number, got '$mbit'"
 [ -d "$modules/three" ] && [ -d "$modules/cesium" ] || fail "$modules holds no three and cesium; tests/run.sh installs them"
 images=()

@@ -49,7 +49,8 @@ struct SceneOptions {
   bool masks = true;  ///< look for masks, and use alpha channels
   /// Folders with one band each: of all bands, or of those that the photos have not.
   std::vector<BandFolder> bands{};
-  /// Take files beside a photo that are called like it but for the band (see band_files.h) for the other bands of the photo.
+  /// Each camera of a multispectral rig writes a file, whose name ends with the band. True: files beside a photo whose names differ from its
+  /// name in that ending alone hold its other bands (see band_files.h).
   bool bands_by_name = true;
   /// The names or numbers, from 1 on, of the bands that are red, green and blue in what is looked at, or of one that is grey; empty: by
   /// their names.

@@ -209,7 +209,8 @@ void ModelFiles::begin(const atlas::AtlasEstimate& size) {
   folder_.file("model.mtl");
   pages_ = promise_pages(run_.input, folder_, size.pages, run_.settings.output.texture);
   if (run_.input.scene.bands)
-    for (std::size_t n = 0; n < size.pages; ++n) samples_.push_back(folder_.file(samples_name(n)));
+    for (const io::PageFile& page : pages_)
+      samples_.push_back(folder_.file(page.file.filename().replace_extension(".tif")));
   preview_file_ = folder_.file("preview.png");
   labels_file_ = folder_.file("labels.npy");
   tags_file_ = folder_.file("tags.npy");

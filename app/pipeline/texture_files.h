@@ -23,7 +23,7 @@ std::string page_name(std::size_t number, io::ImageFormat format);
 /// mesh's own; tilesets are placed on the globe, for which the scene's are metres and their heights are known.
 enum class Coordinates { of_mesh_file, of_scene };
 
-/// The file of its samples, where photos have bands.
+/// The file of its samples, where photos have bands. Those of a page that a layout names are called like the page.
 std::string samples_name(std::size_t number);
 
 /// The samples of a page in a result's folder; nullopt where there are none, or not of the page's size: then they are another

@@ -10,28 +10,13 @@
 #include "io/images.h"
 #include "io/photos.h"
 #include "io/scene_files.h"
+#include "tests/app/synth_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {
 namespace {
 
 namespace fs = std::filesystem;
-
-cli::SynthOptions small_banded_city(const fs::path& out) {
-  cli::SynthOptions options = cli::synth_defaults(cli::SynthKind::city);
-  options.faces = 3000;
-  options.flight.size_m = 40;
-  options.flight.photos = 5;
-  options.flight.width = 240;
-  options.flight.height = 160;
-  options.out = out;
-  return options;
-}
-
-void synthesize_bands(const cli::SynthOptions& options) {
-  cli::Console console(cli::Loudness::quiet, {});
-  cli::run_synth(options, console);
-}
 
 struct RenderedBands {
   explicit RenderedBands(const synth::BandOptions& bands)
@@ -40,7 +25,7 @@ struct RenderedBands {
     samples = synth::band_photo(renderer, view.camera, view.pose, {}, nullptr, bands, photo);
     plain = renderer.photo(view.camera, view.pose);
   }
-  cli::SynthOptions options = small_banded_city({});
+  cli::SynthOptions options = test::small_city({}, 240);
   synth::SynthScene scene;
   View view;
   Samples samples;
@@ -83,9 +68,9 @@ TEST(SynthBands, InfraredIsTheKnownFunctionOfTheColours) {
 
 TEST(SynthBands, InFilesOfTheirOwnAreFoundNamedAndRegistered) {
   const test::TemporaryFolder folder;
-  cli::SynthOptions options = small_banded_city(folder.path());
+  cli::SynthOptions options = test::small_city(folder.path(), 240);
   options.bands = {.count = 5, .type = SampleType::u16, .apart = true};
-  synthesize_bands(options);
+  test::synthesize(options);
   const Scene scene = io::read_scene(folder.path() / "colmap", {});
   ASSERT_TRUE(scene.bands);
   EXPECT_EQ(scene.bands->bands, synth::bands_of(options.bands).bands);
@@ -112,7 +97,7 @@ TEST(SynthBands, InFilesOfTheirOwnAreFoundNamedAndRegistered) {
   const test::TemporaryFolder stacked;
   options.out = stacked.path();
   options.bands.apart = false;
-  synthesize_bands(options);
+  test::synthesize(options);
   const Scene one = io::read_scene(stacked.path() / "colmap", {});
   EXPECT_TRUE(one.band_places.empty());
   io::PhotoCache cache(scene, 0), of_one(one, 0);

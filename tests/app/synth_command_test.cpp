@@ -8,6 +8,7 @@
 #include "app/cli/options.h"
 #include "app/evaluate/truth.h"
 #include "io/images.h"
+#include "tests/app/synth_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace gpvc {
@@ -15,21 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-cli::SynthOptions small_city(const fs::path& out) {
-  cli::SynthOptions options = cli::synth_defaults(cli::SynthKind::city);
-  options.faces = 3000;
-  options.flight.size_m = 40;
-  options.flight.photos = 5;
-  options.flight.width = 120;
-  options.flight.height = 80;
-  options.out = out;
-  return options;
-}
+using test::synthesize;
 
-void synthesize(const cli::SynthOptions& options) {
-  cli::Console console(cli::Loudness::quiet, {});
-  cli::run_synth(options, console);
-}
+cli::SynthOptions small_city(const fs::path& out) { return test::small_city(out, 120); }
 
 TEST(SynthCommand, ImperfectPhotosComeWithCleanOnes) {
   const test::TemporaryFolder folder;
