@@ -67,8 +67,8 @@ class Directory {
   std::uint64_t begin_ = 0, count_ = 0;
 };
 
-/// What zlib says of a stream that is damaged; empty for others, also for one that ends too early, which libtiff finds
-/// where pixels are missing.
+/// What zlib says of a stream that is damaged; empty for others. A stream of which the end is damaged may give all pixels, so that
+/// libtiff takes it, and then goes on beyond its last byte.
 std::string damage_of(std::string_view deflated) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
@@ -81,7 +81,10 @@ std::string damage_of(std::string_view deflated) {
     stream.avail_out = static_cast<uInt>(inflated.size());
     result = inflate(&stream, Z_NO_FLUSH);
   }
-  std::string said = result != Z_DATA_ERROR ? "" : stream.msg != nullptr ? stream.msg : "invalid data";
+  std::string said = result == Z_STREAM_END  ? ""
+                     : result == Z_BUF_ERROR ? "no end of the stream"
+                     : stream.msg != nullptr ? stream.msg
+                                             : "invalid data";
   inflateEnd(&stream);
   return said;
 }
