@@ -53,7 +53,7 @@ void add_scene_options(const OptionGroup& group, const Kind& kind, SynthOptions&
   if (options.kind == SynthKind::terrain)
     group.number("--gap", options.gap_m, 0.001, 1000.0, "M", "Distance of the layers, 0.001 to 1000 metres");
   group.add("--seed", flight.seed, "N", "Another scene for each number")->default_str("1");
-  group.number("--photos", flight.photos, 1, 5000, "N",
+  group.number("--photos", flight.photos, 1, 20000, "N",
                "Photos, a fifth of them nadir, the rest oblique from four sides");
   group.flag("--nadir", flight.all_nadir, "Let all photos look straight down");
   group.parsed(

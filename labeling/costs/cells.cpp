@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <tuple>
 #include <utility>
 
 #include "io/freed_memory.h"
@@ -83,6 +85,7 @@ class SightMaker {
     }
     CellSight result;
     result.view = view;
+    result.pixels = static_cast<float>(all.weight);
     const double mean = brightness / all.weight;
     const double contrast = std::sqrt(std::max(0.0, squares / all.weight - mean * mean));
     result.log_contrast = std::log2(kNoContrast + static_cast<float>(contrast));
@@ -99,6 +102,27 @@ class SightMaker {
   const Grouped<std::uint32_t>& faces_;  ///< by cell, ascending
   const PhotoColors& colors_;
 };
+
+/// Leaves kMostSights of each cell.
+void drop_small_sights(Grouped<CellSight>& sights) {
+  std::size_t end = 0;
+  for (std::size_t cell = 0; cell < sights.groups(); ++cell) {
+    const std::span<CellSight> all(sights.items.data() + sights.first[cell],
+                                   sights.items.data() + sights.first[cell + 1]);
+    const std::span<CellSight> left = all.first(std::min(all.size(), kMostSights));
+    if (left.size() < all.size()) {
+      std::ranges::nth_element(all, all.begin() + kMostSights, [](const CellSight& a, const CellSight& b) {
+        return std::tuple(b.pixels, a.view) < std::tuple(a.pixels, b.view);
+      });
+      std::ranges::sort(left, {}, &CellSight::view);
+    }
+    std::ranges::copy(left, sights.items.begin() + static_cast<std::ptrdiff_t>(end));
+    sights.first[cell] = end;
+    end += left.size();
+  }
+  sights.first.back() = end;
+  sights.items.resize(end);
+}
 
 }  // namespace
 
@@ -172,6 +196,7 @@ Cells make_cells(const RecordsByView& by_view, const PhotoColors& colors, const 
     for (std::size_t i = 0; i < sights[v].size(); ++i) cells.sights.items[next[cells_of[v][i]]++] = sights[v][i];
     free_memory(sights[v]);
   }
+  drop_small_sights(cells.sights);
   return cells;
 }
 

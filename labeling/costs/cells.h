@@ -37,6 +37,7 @@ struct CellSight {
   std::uint32_t view = 0;
   std::array<float, 3> rgb{};  ///< mean
   float log_contrast = 0;  ///< logarithm to base 2 of kNoContrast + the standard deviation of the pixels' brightness
+  float pixels = 0;        ///< that show the cell
   std::uint8_t shown = 0;  ///< a bit for each part
   std::array<std::array<std::uint8_t, 3>, kCellParts> parts{};  ///< mean colours
 };
@@ -49,6 +50,9 @@ struct Cells {
   Grouped<CellSight> sights;           ///< by cell, views ascending
   std::size_t count() const { return sights.groups(); }
 };
+
+/// Sights of a cell: the largest ones, by pixels, as all pairs of them are compared. Of so many, the others are no one's choice.
+inline constexpr std::size_t kMostSights = 256;
 
 /// Where faces are larger than cells, each is a cell of one part. \param neighbours of all faces. O(records), TBB; the
 /// result does not depend on the number of threads.

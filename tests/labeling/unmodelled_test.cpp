@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -104,6 +105,24 @@ TEST(Unmodelled, WhatAPairAgreesOnIsNoOutlier) {
         if (in_middle(r.face % kSide, r.face / kSide)) r.disagreement = fixed_distance(kMaxDistance);
   judge_cells(by_view, PhotoColors({}, 7), neighbours_of_square(), {});
   EXPECT_LT(outliers(by_view, is_canopy).road, 0.05);
+}
+
+// All pairs of a cell's views are compared: of ten thousand photos, only those that show it largest.
+TEST(Unmodelled, CellsHaveTheirLargestSights) {
+  constexpr std::uint32_t kViews = kMostSights + 50;
+  RecordsByView by_view = records_of(kViews, [](auto...) { return false; });
+  const auto rank = [](std::uint32_t view) { return view * 37 % kViews; };  // 37 has no divisor in common with kViews
+  static_assert(kViews % 37 != 0);
+  for (auto& [view, records] : by_view)
+    for (FaceRecord& r : records) r.pixels = static_cast<std::uint16_t>(64 + rank(view));
+  const Cells cells = make_cells(by_view, PhotoColors({}, kViews), neighbours_of_square());
+  ASSERT_GT(cells.count(), 100);
+  for (std::size_t cell = 0; cell < cells.count(); ++cell) {
+    const auto sights = cells.sights[cell];
+    EXPECT_EQ(sights.size(), kMostSights);
+    EXPECT_TRUE(std::ranges::is_sorted(sights, {}, &CellSight::view));
+    EXPECT_TRUE(std::ranges::all_of(sights, [&](const CellSight& s) { return rank(s.view) >= kViews - kMostSights; }));
+  }
 }
 
 // One photo against one: the canopy begins with a step, and is like nothing around.
