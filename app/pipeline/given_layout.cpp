@@ -90,9 +90,12 @@ void look_at_layout(const Run& run) {
   note(*input.layout, found, run.observer);
 }
 
+std::string page_suffix(const Input& input, std::size_t number) {
+  return input.layout == nullptr ? fmt::format("_{}", number) : input.layout->pages[number].suffix;
+}
+
 std::string page_file_name(const Input& input, std::size_t number, io::ImageFormat format) {
-  if (input.layout == nullptr) return page_name(number, format);
-  return fmt::format("model{}.{}", input.layout->pages[number].suffix, name_of(io::kImageFormatNames, format));
+  return fmt::format("model{}.{}", page_suffix(input, number), name_of(io::kImageFormatNames, format));
 }
 
 }  // namespace gpvc::pipeline

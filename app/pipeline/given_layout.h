@@ -12,6 +12,9 @@ namespace gpvc::pipeline {
 /// a layout excludes: limits of pages and texels, models for the web, editable results. O(faces + texels).
 void look_at_layout(const Run& run);
 
+/// What follows the model's name in the names of a page's files: "_0", or as a layout says.
+std::string page_suffix(const Input& input, std::size_t number);
+
 /// The file of a page of a result: page_name(), or by the name that a layout gives it.
 std::string page_file_name(const Input& input, std::size_t number, io::ImageFormat format);
 

@@ -4,6 +4,7 @@
 #include "app/python/python.h"
 #include "app/python/scene.h"
 #include "app/python/texture.h"
+#include "app/python/uv.h"
 #include "app/python/visibility.h"
 #include "app/python/worker.h"
 
@@ -11,6 +12,7 @@ PYBIND11_MODULE(_gpvc, module) {
   using namespace gpvc::python;
   register_errors();
   bind_scene(module);
+  bind_uv(module);
   bind_texture(module);
   bind_visibility(module);
   bind_evaluate(module);

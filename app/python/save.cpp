@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/pipeline/given_layout.h"
 #include "app/pipeline/texture_files.h"
 #include "app/pipeline/web_model.h"
 
@@ -54,9 +55,12 @@ struct Writer {
     const pipeline::OutputSettings& output = run.settings.output;
     const io::ColorProfile profile = pipeline::profile_of_photos(run);
     std::vector<io::PageFile> files;
-    for (std::size_t n = 0; n < pages.size(); ++n)
-      files.push_back({stem.string() + "_" + std::to_string(n) + "." + name_of(io::kImageFormatNames, output.texture),
-                       output.texture});
+    for (std::size_t n = 0; n < pages.size(); ++n) {
+      files.push_back(
+          {stem.string() + pipeline::page_suffix(run.input, n) + "." + name_of(io::kImageFormatNames, output.texture),
+           output.texture});
+      if (run.input.layout != nullptr) files.back().material = run.input.layout->pages[n].material;
+    }
     tbb::parallel_for(std::size_t{0}, pages.size(), [&](std::size_t n) {
       run.observer.check_cancelled();
       io::write_image(files[n].file, pages[n], output.texture, output.quality, profile);

@@ -10,10 +10,12 @@
 
 #include "app/checks/input.h"
 #include "app/evaluate/scene_json.h"
+#include "app/pipeline/given_layout.h"
 #include "app/pipeline/web_model.h"
 #include "app/python/options.h"
 #include "app/python/run_observer.h"
 #include "app/python/save.h"
+#include "app/python/uv.h"
 
 namespace gpvc::python {
 namespace {
@@ -25,6 +27,8 @@ struct TextureRequest {
   Result result;  ///< with what is to be textured
   std::string mesh_crs;
   int threads = 0;
+  std::shared_ptr<const MeshUv> uv;  ///< that the mesh has; null: it gets new ones
+  bool sizes_pages = false;          ///< the page size of the settings counts, whatever size its pages have
 };
 
 void run(const TextureRequest& request, RunObserver& observer) {
@@ -36,6 +40,9 @@ void run(const TextureRequest& request, RunObserver& observer) {
   checks::prepare(result.scene, result.mesh, result.views, {TextureResult::kMeshName, request.mesh_crs}, observer);
   observer.end("");
   result.settings = pipeline::with_target(result.settings, result.mesh.faces.size());
+  if (request.uv != nullptr)
+    result.layout =
+        io::lay_out(request.uv->stated, {result.settings.atlas.page_size, !request.sizes_pages}, request.uv->name);
   const std::unique_ptr<io::PhotoSource> photos = request.photos.photos(result.scene);
   const pipeline::Input input = result.input();
   result.textured = pipeline::texture({input, result.settings, *photos, observer});
@@ -49,13 +56,17 @@ void run(const TextureRequest& request, RunObserver& observer) {
 
 Result texture(const PhotoScene& photos, const py::array_t<double, py::array::c_style>& vertices,
                const py::array_t<std::uint32_t, py::array::c_style>& faces, const std::vector<std::uint32_t>& views,
-               const py::dict& options, const std::string& mesh_crs, int threads, int device, py::object progress) {
+               const py::dict& options, const std::string& mesh_crs, int threads, int device,
+               std::shared_ptr<const MeshUv> uv, py::object progress) {
   std::vector<ViewId> used;
   for (const std::uint32_t view : views) used.push_back(ViewId{view});
   TextureRequest request{photos,
                          std::make_shared<TextureResult>(TextureResult{*photos.scene, mesh_from(vertices, faces),
                                                                        std::move(used), settings_from(options)}),
-                         mesh_crs, threads};
+                         mesh_crs,
+                         threads,
+                         std::move(uv),
+                         options.contains("page_size")};
   request.result->settings.device = device;
   const CancelFlag cancelled = cancel_flag();
   const auto observer = std::make_shared<RunObserver>(cancelled, std::move(progress));
@@ -112,6 +123,13 @@ void bind_texture(py::module_& module) {
       .def("page",
            [](const TextureResult& result) { return per_face<std::int32_t>(result.textured.atlas.model.face_page); })
       .def("pages", &pages)
+      .def("page_names",
+           [](const TextureResult& result) {
+             py::list names;
+             for (std::size_t n = 0; n < result.textured.atlas.pages.size(); ++n)
+               names.append(pipeline::page_suffix(result.input(), n));
+             return names;
+           })
       .def("labels",
            [](const TextureResult& result) { return per_face<std::int32_t>(result.textured.selection.labels); })
       .def("tags", [](const TextureResult& result) { return per_face<std::uint8_t>(result.textured.tags); })

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/pipeline/pipeline.h"
 #include "app/python/python.h"
 #include "app/python/scene.h"
+#include "io/uv_layout.h"
 
 namespace gpvc::python {
 
@@ -18,9 +20,13 @@ struct TextureResult {
   std::vector<ViewId> views;
   pipeline::Settings settings;
   pipeline::TexturedMesh textured{};
-  std::string report{};  ///< JSON
+  std::string report{};                  ///< JSON
+  std::optional<io::UvLayout> layout{};  ///< where the faces lie on pages, if the mesh says so
 
-  pipeline::Input input() const { return {scene, mesh, views, kMeshName}; }
+  pipeline::Input input() const {
+    if (layout) return {scene, mesh, views, std::string(kMeshName) + ", uv", &*layout};
+    return {scene, mesh, views, kMeshName};
+  }
   static constexpr const char* kMeshName = "vertices, faces";  ///< in messages about the mesh
 };
 

@@ -29,14 +29,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import _cameras, _gpvc, _options, _pictures
+from . import _cameras, _gpvc, _options, _pictures, _uv
 from ._errors import Error, GpvcWarning, InputError, OutputError
 from ._gpvc import __version__
 from ._progress import Progress as _Progress
+from ._uv import Uv, read_uv
 
 __all__ = [
-    "Coverage", "Error", "GpvcWarning", "InputError", "Mesh", "OutputError", "Result", "Scene", "View", "coverage", "evaluate",
-    "face_ids", "read_mesh", "read_scene", "texture", "visibility", "__version__",
+    "Coverage", "Error", "GpvcWarning", "InputError", "Mesh", "OutputError", "Result", "Scene", "Uv", "View", "coverage",
+    "evaluate", "face_ids", "read_mesh", "read_scene", "read_uv", "texture", "visibility", "__version__",
 ]
 
 
@@ -105,6 +106,7 @@ class Result:
         one (glTF's convention, and that of Open3D's triangle_uvs and textures; OBJ and trimesh have v upwards: 1 - v).
     page: (F,) int32, index into `pages`; -1 for a face without texture.
     pages: list of (H, W, 3) uint8, read-only.
+    page_names: what follows the model's name in the names of their files: "_0", or, with uv=, "_NAME", ".1001" and the like.
     labels: (F,) int32, the view that the face shows; -1: none.
     tags: (F,) uint8: 0 seen whole, 1 seen in parts, 2 filled from around it, 3 most photos show background in its place.
     report: dict of what the run says: "stages" with seconds and memory, "counts", "notes", "warnings", "device".
@@ -113,6 +115,7 @@ class Result:
     def __init__(self, core):
         self._core = core
         self.uv, self.page, self.pages = core.uv(), core.page(), core.pages()
+        self.page_names = core.page_names()
         self.labels, self.tags = core.labels(), core.tags()
         self.report = json.loads(core.report)
 
@@ -329,13 +332,15 @@ def read_mesh(path):
 
 
 def texture(vertices, faces, images, K=None, camera_from_world=None, distortion=None, masks=None, *, image_size=None, views=None,
-            mesh_crs=None, progress=None, threads=0, device=None, **options):
+            uv=None, mesh_crs=None, progress=None, threads=0, device=None, **options):
     """Textures a mesh from calibrated photos. Returns a Result, whose save() writes GLB or OBJ.
 
     vertices, faces, images, K, camera_from_world, distortion, masks: see the module. Without K and camera_from_world, `images` is a
         Scene, its path, or an object with pycolmap's attributes.
     image_size: (width, height) or (N, 2), pixels, where `images` is a function; without it, all are as large as the first.
     views: indices or names of the views to texture from; the others are left out.
+    uv: texture coordinates that the mesh has, to be kept: (F, 3, 2), (V, 2), a Uv, or read_uv(model). Pages are then as large as a Uv
+        says, or, where page_size is given, as that. Without, charts and pages are made.
     mesh_crs: reference system of the vertices ("EPSG:25832") if it is not the cameras'.
     threads: processors to use at most; 0: all. Results do not depend on it.
     device: number of the OpenGL device to draw on; None: graphics hardware where there is some, else the processor.
@@ -354,7 +359,8 @@ def texture(vertices, faces, images, K=None, camera_from_world=None, distortion=
     with _Progress(progress) as call:
         result = Result(_gpvc.texture(
             scene._core, positions, triangles, _chosen(views, scene), options, mesh_crs or "", _count(threads, "threads", 0),
-            -1 if device is None else _count(device, "device", 0), call))
+            -1 if device is None else _count(device, "device", 0),
+            _uv.core_of(uv, triangles, len(positions)), call))
     _warn(result.report["warnings"])
     return result
 

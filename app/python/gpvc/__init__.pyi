@@ -59,10 +59,24 @@ class Coverage(NamedTuple):
     gsd: npt.NDArray[np.float32]
     angle: npt.NDArray[np.float32]
 
+class Uv:
+    uv: npt.NDArray[np.float64]
+    page: npt.NDArray[Any] | None
+    sizes: list[tuple[int, int]] | None
+    names: list[str] | None
+    def __init__(
+        self,
+        uv: npt.ArrayLike,
+        page: npt.ArrayLike | None = None,
+        sizes: Sequence[tuple[int, int]] | None = None,
+        names: Sequence[str] | None = None,
+    ) -> None: ...
+
 class Result:
     uv: npt.NDArray[np.float32]
     page: npt.NDArray[np.int32]
     pages: list[npt.NDArray[np.uint8]]
+    page_names: list[str]
     labels: npt.NDArray[np.int32]
     tags: npt.NDArray[np.uint8]
     report: dict[str, Any]
@@ -77,6 +91,7 @@ def read_scene(
     skip_bad_photos: bool = False,
 ) -> Scene: ...
 def read_mesh(path: _Path) -> Mesh: ...
+def read_uv(path: _Path) -> Uv: ...
 def texture(
     vertices: npt.ArrayLike,
     faces: npt.ArrayLike,
@@ -88,6 +103,7 @@ def texture(
     *,
     image_size: _Size | None = None,
     views: Sequence[int | str] | None = None,
+    uv: npt.ArrayLike | Uv | None = None,
     mesh_crs: str | None = None,
     progress: _Progress | None = None,
     threads: int = 0,
