@@ -1,4 +1,5 @@
 // gpvc._gpvc: what the Python package calls. Arguments come checked, and as the types that stand here: gpvc/*.py sees to that.
+#include "app/python/coverage.h"
 #include "app/python/errors.h"
 #include "app/python/evaluate.h"
 #include "app/python/python.h"
@@ -15,6 +16,7 @@ PYBIND11_MODULE(_gpvc, module) {
   bind_uv(module);
   bind_texture(module);
   bind_visibility(module);
+  bind_coverage(module);
   bind_evaluate(module);
   module.attr("__version__") = GPVC_VERSION;
   py::module_::import("atexit").attr("register")(py::cpp_function(&Worker::wait_for_all));

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -14,41 +13,11 @@
 #include "app/python/options.h"
 #include "app/python/run_observer.h"
 #include "app/python/texture.h"
-#include "app/query/sharpness.h"
 #include "visibility/device.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::python {
 namespace {
-
-using visibility::FaceClass;
-
-// How well views together see each face.
-struct Coverage {
-  explicit Coverage(std::size_t faces) : views(faces), gsd(faces, kUnseen), angle(faces, kUnseen) {}
-
-  static constexpr float kUnseen = std::numeric_limits<float>::quiet_NaN();
-  std::vector<std::uint32_t> views;  // that see the face, whole or in part
-  std::vector<float> gsd, angle;     // the best ones: units of the mesh a pixel, degrees
-
-  void add(const Mesh& mesh, const View& view, std::span<const FaceClass> classes) {
-    tbb::parallel_for(std::size_t{0}, classes.size(), [&](std::size_t face) {
-      if (classes[face] != FaceClass::full && classes[face] != FaceClass::partial) return;
-      ++views[face];
-      const FaceId id{static_cast<std::uint32_t>(face)};
-      const WorldPoint middle = query::middle_of(mesh, id);
-      if (!(camera_from_world(view.pose, middle).z > 0)) return;  // of a face that reaches behind the camera
-      const query::Sharpness sharp = query::sharpness_of(view, middle, query::normal_of(mesh, id));
-      take_best(gsd[face], sharp.gsd);
-      take_best(angle[face], sharp.angle);
-    });
-  }
-
- private:
-  static void take_best(float& best, double value) {
-    if (!(best <= static_cast<float>(value))) best = static_cast<float>(value);
-  }
-};
 
 // The face at the frame's pixel that each pixel of the photo shows.
 std::vector<FaceId> faces_of_photo(const Camera& camera, const visibility::Ivm& frame) {
@@ -106,20 +75,6 @@ class ViewClasses {
     }
     return array_over<std::int32_t>(std::move(seen->ivm.faces), {seen->ivm.height, seen->ivm.width});
   }
-  py::tuple coverage(py::object progress) {
-    const auto coverage = std::make_shared<Coverage>(stage_->mesh.faces.size());
-    const std::size_t views = stage_->scene.views.size();
-    for (std::uint32_t view = 0; view < views; ++view) {
-      const auto seen = look(view);
-      worker_.call([=, stage = stage_] { coverage->add(stage->mesh, stage->scene.views[view], seen->classes); },
-                   cancel_flag());
-      if (!progress.is_none()) progress("coverage", view + 1, views);
-    }
-    const auto faces = static_cast<py::ssize_t>(coverage->views.size());
-    return py::make_tuple(array_over<std::uint32_t>(std::move(coverage->views), {faces}),
-                          array_over<float>(std::move(coverage->gsd), {faces}),
-                          array_over<float>(std::move(coverage->angle), {faces}));
-  }
   std::size_t views() const { return stage_->scene.views.size(); }
   const py::object& warnings() const { return warnings_; }
 
@@ -164,7 +119,6 @@ void bind_visibility(py::module_& module) {
                     const py::array_t<std::uint32_t, py::array::c_style>&, const py::dict&, const std::string&, int>())
       .def("classes", &ViewClasses::classes)
       .def("face_ids", &ViewClasses::face_ids)
-      .def("coverage", &ViewClasses::coverage)
       .def("__len__", &ViewClasses::views)
       .def_property_readonly("warnings", &ViewClasses::warnings);
   module.def("visibility_options", &visibility_options);

@@ -91,6 +91,7 @@ FaceCoverage cover_faces(const pipeline::Run& run, const pipeline::Judgement* ju
     stage->classify(input.scene.views[index(id)], id, photos.exclusion(id).get(), seen);
     add_seen(id, seen, counter);
   }
+  observer.progress(input.views.size(), input.views.size());
   observer.end(fmt::format("{} views", input.views.size()));
   return coverage;
 }

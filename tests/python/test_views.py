@@ -66,34 +66,28 @@ def test_masked_pixels_show_no_face(city):
         assert (ids[:, 244:] == -1).all() and (ids[:, :236] >= 0).any()
 
 
-def test_coverage_counts_views_and_finds_the_best(city, seen):
-    c = gpvc.coverage(city.mesh.vertices, city.mesh.faces, city.scene)
-    counts = sum(((classes == 1) | (classes == 2)).astype(int) for classes in seen.classes)
-    assert (c.views == counts).all()
-    corners = city.mesh.vertices[city.mesh.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    middle = corners.mean(axis=1)
-    gsd, angle = np.full((2, len(middle)), np.inf)
-    for view, classes in zip(city.scene.views, seen.classes):
-        sees = (classes == 1) | (classes == 2)
-        ray = np.array(view.centre) - middle
-        cosine = (ray * normals).sum(axis=1) / np.linalg.norm(ray, axis=1)
-        angle = np.where(sees, np.minimum(angle, np.degrees(np.arccos(cosine.clip(-1, 1)))), angle)
-        # By finite differences: how far two short steps on the face, at right angles, move in the frame.
-        step = 1e-4
-        along = corners[:, 1] - corners[:, 0]
-        along /= np.linalg.norm(along, axis=1, keepdims=True)
-        across = np.cross(normals, along)
-        def pixel(points):
-            p = points @ view.camera_from_world[:, :3].T + view.camera_from_world[:, 3]
-            return p[:, :2] / p[:, 2:] * np.diag(view.K)[:2]
-        a, b = ((pixel(middle + step * d) - pixel(middle - step * d)) / (2 * step) for d in (along, across))
-        pixels = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-        gsd = np.where(sees, np.minimum(gsd, 1 / np.sqrt(pixels)), gsd)
-    shown = counts > 0
-    assert np.allclose(c.gsd[shown], gsd[shown], rtol=1e-4) and np.allclose(c.angle[shown], angle[shown], atol=0.02)
-    assert np.isnan(c.gsd[~shown]).all() and np.isnan(c.angle[~shown]).all() and (~shown).any()
+def test_coverage_is_that_of_the_program(city):
+    folder = city.folder / "coverage"
+    run_program("coverage", city.folder / "colmap", city.folder / "mesh.ply", "-o", folder)
+    told = []
+    of_files = gpvc.coverage(city.mesh.vertices, city.mesh.faces, city.scene, progress=lambda *step: told.append(step))
+    assert told[-1] == ("coverage", 6, 6)
+    of_arrays = gpvc.coverage(city.mesh.vertices, city.mesh.faces, city.scene.with_images(city.images))
+    for name, kind in (("photos", np.uint32), ("gsd", np.float32), ("angle", np.float32)):
+        expected = np.load(folder / f"coverage_{name}.npy")
+        for mine in (getattr(of_files, name), getattr(of_arrays, name)):
+            assert mine.dtype == kind and (mine == expected).all()
+    assert (of_files.photos == 0).any() and np.isinf(of_files.gsd[of_files.photos == 0]).all()
+
+
+def test_coverage_counts_no_masked_pixels(city, few):
+    left = np.zeros((320, 480), bool)
+    left[:, :240] = True
+    whole, half = (
+        gpvc.coverage(city.mesh.vertices, city.mesh.faces, None, few.K, few.poses, few.lenses, masks, image_size=(480, 320))
+        for masks in (None, [left] * 6)
+    )
+    assert (half.photos <= whole.photos).all() and 0.2 < half.photos.sum() / whole.photos.sum() < 0.8
 
 
 def reconstruction(folder, new):

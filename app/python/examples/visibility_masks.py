@@ -15,7 +15,7 @@ import gpvc
 def main(scene_path, mesh_path, out):
     scene = gpvc.read_scene(scene_path)
     mesh = gpvc.read_mesh(mesh_path)
-    seen_by = gpvc.coverage(mesh.vertices, mesh.faces, scene).views
+    seen_by = gpvc.coverage(mesh.vertices, mesh.faces, scene).photos
     for view, ids in zip(scene.views, gpvc.face_ids(mesh.vertices, mesh.faces, scene, of_photo=True)):
         mask = np.zeros(ids.shape, np.uint8)
         mask[ids >= 0] = np.where(seen_by[ids[ids >= 0]] > 1, 255, 128)

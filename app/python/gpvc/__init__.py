@@ -92,11 +92,11 @@ class Mesh(NamedTuple):
 
 
 class Coverage(NamedTuple):
-    """How views together see each face. NaN where none does."""
+    """How photos together see each face: those that see at least half of it. Infinite where none does."""
 
-    views: np.ndarray  #: (F,) uint32, how many see it, whole or in part
+    photos: np.ndarray  #: (F,) uint32, how many; the views of a panorama are one
     gsd: np.ndarray  #: (F,) float32, the smallest ground sampling distance: units of the mesh a pixel, on the face
-    angle: np.ndarray  #: (F,) float32, the smallest angle between a view's ray to the face and its normal, in degrees
+    angle: np.ndarray  #: (F,) float32, the smallest angle between a photo's ray to the face and its normal, in degrees
 
 
 class Result:
@@ -408,12 +408,16 @@ def face_ids(vertices, faces, images, K=None, camera_from_world=None, distortion
 
 def coverage(vertices, faces, images, K=None, camera_from_world=None, distortion=None, masks=None, *, image_size=None,
              mesh_crs=None, progress=None, device=None, **options):
-    """How well the views together see each face: a Coverage of the number of views, the best ground sampling distance and the best
-    angle. Arguments and options as of visibility()."""
-    seen = _classes(vertices, faces, images, K, camera_from_world, distortion, masks, image_size, mesh_crs, device, options,
-                    "coverage")
+    """How well the photos together see each face: a Coverage of the number of photos, the best ground sampling distance and the
+    best angle, the numbers of `gpvc coverage`. Arguments and options as of visibility()."""
+    options = _options.checked("coverage", options, _gpvc.visibility_options())
+    positions, triangles = _mesh(vertices, faces)
+    scene = _scene(images, K, camera_from_world, distortion, masks, image_size)
     with _Progress(progress) as call:
-        return Coverage(*seen.coverage(call))
+        *arrays, sentences = _gpvc.coverage(scene._core, positions, triangles, options, mesh_crs or "",
+                                            -1 if device is None else _count(device, "device", 0), call)
+    _warn(sentences)
+    return Coverage(*arrays)
 
 
 def evaluate(model, images, K=None, camera_from_world=None, distortion=None, masks=None, *, image_size=None, views=None,

@@ -55,7 +55,7 @@ class Mesh(NamedTuple):
     source_faces: npt.NDArray[np.uint32]
 
 class Coverage(NamedTuple):
-    views: npt.NDArray[np.uint32]
+    photos: npt.NDArray[np.uint32]
     gsd: npt.NDArray[np.float32]
     angle: npt.NDArray[np.float32]
 
