@@ -75,10 +75,12 @@ struct SceneInput {
 
 struct TextureOptions : CommandOptions {
   SceneInput input;
-  std::filesystem::path allow;  ///< rules about photos; empty: none
-  std::filesystem::path from;   ///< an earlier result to change; empty: none
-  bool keep_uv = false;         ///< bake onto the mesh's own texture coordinates
-  bool sizes_pages = false;     ///< a page size is given
+  std::filesystem::path allow;                ///< rules about photos; empty: none
+  std::filesystem::path from;                 ///< an earlier result to change; empty: none
+  bool keep_uv = false;                       ///< bake onto the mesh's own texture coordinates
+  bool sizes_pages = false;                   ///< a page size is given
+  std::vector<std::filesystem::path> layers;  ///< folders of further photos for the same pages
+  bool level_layers = false;
   pipeline::Settings settings;
 };
 

@@ -3,9 +3,11 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <deque>
 #include <optional>
 
 #include "app/cli/cures.h"
+#include "app/cli/layer_input.h"
 #include "app/cli/scene_input.h"
 #include "app/cli/setting_options.h"
 #include "app/pipeline/memory.h"
@@ -20,6 +22,9 @@ Json options_json(const TextureOptions& o) {
   json["allow"] = o.allow.string();
   json["from"] = o.from.string();
   json["keep_uv"] = o.keep_uv;
+  json["layers"] = Json::array();
+  for (const std::filesystem::path& folder : o.layers) json["layers"].push_back(folder.string());
+  json["level_layers"] = o.level_layers;
   json["editable"] = o.settings.editable || !o.from.empty();
   return json;
 }
@@ -55,8 +60,8 @@ Json preview_json(const pipeline::WrittenModel& written) {
 // What has no meaning for a result in tiles.
 bool needs_one_model(const TextureOptions& o) {
   const pipeline::Settings& s = o.settings;
-  return s.editable || !o.from.empty() || o.keep_uv || s.atlas.max_pages > 0 || s.atlas.max_texels > 0 ||
-         s.atlas.band_gains || s.output.max_bytes > 0;
+  return s.editable || !o.from.empty() || o.keep_uv || !o.layers.empty() || s.atlas.max_pages > 0 ||
+         s.atlas.max_texels > 0 || s.atlas.band_gains || s.output.max_bytes > 0;
 }
 
 // What was asked for and tiles do not have: the end of a sentence.
@@ -120,6 +125,7 @@ void write_views(const SceneInputData& in, pipeline::OutputFolder& folder) {
 void run_texture(const TextureOptions& options, Console& console) {
   refuse_contradictions(options.settings);
   check_keep_uv(options);
+  if (options.level_layers && options.layers.empty()) throw UsageError("--level-layers belongs to --layers");
   refuse_overwriting(options.input, options.out, {"model.obj", "model.glb", "model.gltf"});
   note_kept_work(options, options.settings, console);
   run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
@@ -133,11 +139,18 @@ void run_texture(const TextureOptions& options, Console& console) {
     pipeline::Input input = in.input();
     std::optional<io::UvLayout> layout;
     if (options.keep_uv) input.layout = &layout.emplace(read_layout(options, in.mesh));
+    const std::vector<LayerInput> layer_input = read_layers(options.layers, options.input, in, record);
+    std::deque<io::PhotoCache> layer_caches;
+    std::vector<pipeline::LayerPhotos> layers;
+    for (const LayerInput& layer : layer_input) {
+      folder.protect(input_files(layer.scene));
+      layers.push_back({layer.name, layer.scene, layer_caches.emplace_back(layer.scene), options.level_layers});
+    }
     const pipeline::Run run{input, done.settings, photos, record};
     std::optional<pipeline::TexturedFiles> files;
     try {
-      files = options.from.empty() ? pipeline::texture_into(run, folder)
-                                   : pipeline::retexture_into(options.from, run, folder);
+      files = options.from.empty() ? pipeline::texture_into(run, folder, layers)
+                                   : pipeline::retexture_into(options.from, run, folder, layers);
     } catch (const pipeline::MemoryError& too_little) {
       if (needs_one_model(options)) throw;
       record.warning(fmt::format("{}. It goes on in tiles, one after another: the result is tileset.json{}",

@@ -32,6 +32,15 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
       "Bake onto the texture coordinates that MESH (.obj, .glb, .gltf) has, instead of laying charts out anew. "
       "Materials "
       "and UDIM tiles become pages, as large as their images, or with a longer edge of --page-size");
+  OptionGroup{*app, pipeline::kOutput}
+      .add("--layers", options.layers, "DIR",
+           "Bake further photos onto the same pages as well, each face from its same photo: folders with photos of the "
+           "same names and sizes, such as another date, a camera beside the first or pictures of classes. Pages go to "
+           "OUT/layers/NAME, with their values as they are in the photos")
+      ->check(not_empty());
+  OptionGroup{*app, pipeline::kOutput}.flag(
+      "--level-layers", options.level_layers,
+      "Level seams and blend photos of --layers, as those of the model: for photographs of another date");
   add_output(*app, options);
   add_settings(*app, options.settings, options_for(pipeline::For::one_model));
   app->get_option("--page-size")->each([&options](const std::string&) { options.sizes_pages = true; });
@@ -44,6 +53,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
   gpvc texture colmap mesh.ply --from out --allow roof.json -o out2
   gpvc texture colmap mesh.ply -o web --target web --max-bytes 20M
   gpvc texture colmap unwrapped.obj -o out --keep-uv --page-size 4096
+  gpvc texture colmap mesh.ply -o out --layers classes --texture png
 
 Writes to OUT: model.obj, model.mtl, model_N.jpg, model.glb (or model.gltf and model.bin),
 preview.png, misfit.png (how well photos fit each other at cuts: green well, red 2 px apart),
@@ -53,7 +63,8 @@ where there are any), offset.txt where coordinates are large, metadata.xml where
 system is known (SRS and SRSOrigin, as ContextCapture writes them), run.json; with --editable or
 --from edit-views.bin, edit-model.bin and edit-hashes.txt. With --target web model.glb is for
 browsers, and faces.npy is in its order; model.obj and its pages are as ever. With --keep-uv
-several materials have pages model_MATERIAL.jpg, UDIM tiles model.1001.jpg and so on.
+several materials have pages model_MATERIAL.jpg, UDIM tiles model.1001.jpg and so on. With --layers
+layers/NAME holds pages called as those of the model.
 
 )") + kRulesHelp +
                  R"(Where floats would round coordinates noticeably (UTM, for example), model.obj and model.glb are

@@ -83,11 +83,18 @@ void note_memory(const MemoryPlan& memory, Observer& observer) {
                               results::readable_bytes(need.write)));
 }
 
-TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputFolder& folder) {
+atlas::AtlasInput with_alignment(atlas::AtlasInput from, std::span<const ShiftField> alignment) {
+  from.alignment = alignment;
+  return from;
+}
+
+TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputFolder& folder,
+                             std::span<const LayerPhotos> layers) {
   note_memory(memory, given.observer);
   look_at_layout(given);
   FileSizes sizes = predicted_sizes(given.input, given.settings, memory.work.texels);
   if (given.settings.editable) sizes.likely += edit_bytes(memory.work);
+  sizes.likely *= 1 + static_cast<double>(layers.size());
   io::CoarsePhotos with_coarse = with_coarse_photos(given, memory.work, sizes.likely, folder.in_making());
   Run run{given.input, given.settings, with_coarse, given.observer, given.kept};
   const auto& [input, settings, photos, observer, kept] = run;
@@ -111,6 +118,7 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputF
   atlas::TextureAtlas atlas = bake_into(run, from, with_coverage(memory, chosen.seen.coverage), space, &files);
   if (checkpoint) checkpoint->warn_of_failure(observer);
   run.photos.keep_at_most(0);
+  bake_layers(run, layers, with_alignment(from, atlas.alignment), folder);
   chosen.graph = {};
   chosen.seen.candidates.table = {};
   chosen.seen.coverage = {};
@@ -157,11 +165,11 @@ TexturedMesh texture(const Run& given) {
   return finished(std::move(chosen), std::move(atlas));
 }
 
-TexturedFiles texture_into(const Run& run, OutputFolder& folder) {
+TexturedFiles texture_into(const Run& run, OutputFolder& folder, std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
   const MemoryPlan memory = plan_memory(run.input, run.settings);
   try {
-    return texture_within(memory, run, folder);
+    return texture_within(memory, run, folder, layers);
   } catch (const std::bad_alloc&) {
     throw MemoryError(fmt::format("out of memory: this run takes about {}, and less was to be had",
                                   results::readable_bytes(memory.peak())),

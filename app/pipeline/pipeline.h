@@ -20,6 +20,7 @@
 #include "../../visibility/device.h"
 #include "../../visibility/result.h"
 #include "../checks/mesh_fit.h"
+#include "layers.h"
 #include "memory.h"
 #include "run.h"
 #include "settings.h"
@@ -118,8 +119,9 @@ struct TexturedFiles {
 };
 
 /// texture() and write() in one, with the same files, for models of any size: pages are written and let go as soon as they
-/// are finished, and model.obj is written while photos are baked. See Settings::keep_work for what is kept in the folder.
-TexturedFiles texture_into(const Run& run, OutputFolder& folder);
+/// are finished, and model.obj is written while photos are baked. See Settings::keep_work for what is kept in the folder. Layers are
+/// baked onto the same pages (bake_layers()).
+TexturedFiles texture_into(const Run& run, OutputFolder& folder, std::span<const LayerPhotos> layers = {});
 
 /// The result of texture_into() with other Settings::view_rules, made from an editable one in the folder `from`: no view is
 /// looked at for visibility again. Faces whose candidates change, and those around them whose label may (see
@@ -127,6 +129,7 @@ TexturedFiles texture_into(const Run& run, OutputFolder& folder);
 /// leveled against the others, which keep their places on their pages, copied byte for byte. The result is editable in turn,
 /// and may replace the one in `from`. Throws InputError where `from` holds no editable result of this mesh, these views and
 /// settings. O(faces + records) and what the new charts take.
-TexturedFiles retexture_into(const std::filesystem::path& from, const Run& run, OutputFolder& folder);
+TexturedFiles retexture_into(const std::filesystem::path& from, const Run& run, OutputFolder& folder,
+                             std::span<const LayerPhotos> layers = {});
 
 }  // namespace gpvc::pipeline

@@ -225,8 +225,7 @@ class Remaking final : public PageSink {
     const visibility::CoverageTable coverage = coverage_of_made();
     std::vector<atlas::ViewExposure> exposure = earlier_.model.exposure;
     exposure.resize(run_.input.scene.views.size());  // without seams there was nothing to fit them to
-    std::vector<ShiftField> alignment = earlier_.model.alignment;
-    alignment.resize(run_.input.scene.views.size());  // photos that fit each other without stay as they are
+    const std::vector<ShiftField> alignment = alignment_of_views();
     const atlas::FinishedTexture finished{earlier_.model.model, beside_.images, earlier_.model.reduction,
                                           beside_.samples};
     const MemoryPlan memory = with_coverage(plan_memory(run_.input, run_.settings), coverage);
@@ -273,7 +272,38 @@ class Remaking final : public PageSink {
 
   io::TexturedModel take_joined() { return std::move(model_); }
 
+  /// Layers lie on all pages, those that are kept and those that were made.
+  void bake_onto(const io::TexturedModel& model, std::span<const std::array<int, 2>> page_sizes,
+                 std::span<const ViewId> labels, std::span<const LayerPhotos> layers, OutputFolder& folder) const {
+    if (layers.empty()) return;
+    const io::UvLayout layout = layout_of(model, page_sizes);
+    const visibility::CoverageTable coverage = earlier_.coverage.of_partial_faces(earlier_.candidates.tags);
+    const std::vector<ShiftField> alignment = alignment_of_views();
+    bake_layers(run_, layers,
+                {run_.input.mesh,
+                 run_.input.scene,
+                 run_.photos,
+                 earlier_.graph,
+                 labels,
+                 earlier_.candidates.tags,
+                 earlier_.candidates.table,
+                 coverage,
+                 {},
+                 {},
+                 nullptr,
+                 {},
+                 alignment,
+                 &layout},
+                folder);
+  }
+
  private:
+  std::vector<ShiftField> alignment_of_views() const {
+    std::vector<ShiftField> alignment = earlier_.model.alignment;
+    alignment.resize(run_.input.scene.views.size());  // photos that fit each other without stay as they are
+    return alignment;
+  }
+
   visibility::CoverageTable coverage_of_made() const {
     std::vector<labeling::FaceTag> tags = earlier_.candidates.tags;
     for (std::size_t f = 0; f < tags.size(); ++f)
@@ -310,7 +340,8 @@ labeling::Reselection choose_again(const Earlier& earlier, const Settings& setti
 
 }  // namespace
 
-TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder) {
+TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder,
+                             std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
   const Clock::time_point start = Clock::now();
   const auto& [input, settings, photos, observer, kept] = run;
@@ -327,6 +358,9 @@ TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder&
   made.model = remaking.take_joined();
   // Only the cuts of new charts were measured: a picture of them would pass for one of all.
   const WrittenModel written = files.finish(made.model, {});
+  observer.end("");
+  remaking.bake_onto(made.model, files.page_sizes(), again.selection.labels, layers, folder);
+  observer.begin({"write"});
   write_edit_model(
       joined_edit_model(earlier.model, settings, change, again.selection.labels, made.model, made, files.page_sizes()),
       settings.output.texture, folder);
