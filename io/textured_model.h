@@ -132,6 +132,7 @@ struct LoadedModel {
   Mesh mesh;            ///< coordinates as they stand in the file, those of a glTF taken through its nodes
   TexturedModel model;  ///< model.mesh is null: set it to &mesh once this value no longer moves
   std::vector<Image> pages;
+  std::vector<std::filesystem::path> page_files;  ///< per page; empty: the image is in the model's own file
   WorldPoint offset;  ///< to be added to positions: `offset.txt` beside an OBJ, a GLB root node's extras; else 0
 };
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,12 @@ struct StatedUv {
   std::vector<Material> materials;
 };
 
-/// Of an OBJ, a GLB or a glTF, with the faces of read_mesh(): in its order, cut in the same way. Of images the sizes alone are
+/// Takes the coordinates of each corner of each face, those that are not finite as none: corners of a vertex that have the same share
+/// them, in the order of the faces. \param corners three a face. O(faces).
+void set_corners(std::span<const Triangle> faces, std::span<const std::array<double, 2>> corners, StatedUv& uv);
+
+/// Of an OBJ, a GLB, a glTF or a PLY (of corners, as MeshLab and OpenMVS write them, or of vertices: s and t, u and v, texture_u and
+/// texture_v), with the faces of read_mesh(): in its order, cut in the same way. Of images the sizes alone are
 /// looked at; those that cannot be read have none. Throws InputError, also for other formats.
 StatedUv read_uv(const std::filesystem::path& model);
 

@@ -97,9 +97,6 @@ void check_keep_uv(const TextureOptions& o) {
   const auto refuse = [](bool given, const char* option, const char* why) {
     if (given) throw UsageError(fmt::format("--keep-uv does not go with {}: {}", option, why));
   };
-  refuse(!o.from.empty(), "--from", "changed faces would need charts on pages of their own");
-  refuse(o.settings.editable, "--editable", "changed faces would need charts on pages of their own");
-  refuse(o.settings.output.target == pipeline::Target::web, "--target web", "its pages would have to be made smaller");
   refuse(atlas.max_pages > 0, "--max-pages", "the texture coordinates say how many pages there are");
   refuse(atlas.max_texels > 0, "--max-texels", "pages are as large as their images, or as --page-size says");
   refuse(atlas.texel_size > 0, "--texel-size", "pages are as large as their images, or as --page-size says");
@@ -133,7 +130,7 @@ void run_texture(const TextureOptions& options, Console& console) {
     const auto [in, given] =
         read_input(options.input, options.allow, options.settings, options.common.device, record, folder);
     TextureOptions done = options;
-    done.settings = pipeline::with_target(given, in.mesh.faces.size());
+    done.settings = pipeline::with_target(given, in.mesh.faces.size(), options.keep_uv);
     io::PhotoCache photos(in.scene);
     write_views(in, folder);
     pipeline::Input input = in.input();

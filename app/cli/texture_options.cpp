@@ -29,7 +29,7 @@ CLI::App* add_texture(CLI::App& parent, TextureOptions& options) {
       ->check(not_empty());
   OptionGroup{*app, pipeline::kSize}.flag(
       "--keep-uv", options.keep_uv,
-      "Bake onto the texture coordinates that MESH (.obj, .glb, .gltf) has, instead of laying charts out anew. "
+      "Bake onto the texture coordinates that MESH (.obj, .ply, .glb, .gltf) has, instead of laying charts out anew. "
       "Materials "
       "and UDIM tiles become pages, as large as their images, or with a longer edge of --page-size");
   OptionGroup{*app, pipeline::kOutput}

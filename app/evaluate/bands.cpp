@@ -18,11 +18,11 @@ namespace {
 std::vector<Samples> read_pages(const io::LoadedModel& model, const BandSet& bands, const std::filesystem::path& file) {
   std::vector<Samples> pages;
   for (std::size_t n = 0; n < model.pages.size(); ++n) {
-    std::optional<Samples> samples =
-        pipeline::samples_beside(file.parent_path(), n, model.pages[n].width, model.pages[n].height);
+    const std::filesystem::path page = pipeline::page_file_of(file, model, n);
+    std::optional<Samples> samples = pipeline::samples_beside(page, model.pages[n].width, model.pages[n].height);
     if (!samples) return {};
     if (samples->bands != bands.bands.size() || samples->type != bands.type)
-      throw InputError(file.parent_path() / pipeline::samples_name(n), "",
+      throw InputError(pipeline::samples_of(page), "",
                        fmt::format("has {} bands of {}, and the photos {} of {}", samples->bands,
                                    name_of(kSampleTypeNames, samples->type), bands.bands.size(),
                                    name_of(kSampleTypeNames, bands.type)));

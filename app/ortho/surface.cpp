@@ -87,12 +87,12 @@ void read_labels(const fs::path& folder, atlas::UnseenFaces unseen, Surface& sur
 }
 
 // The samples beside a model's pages.
-void read_samples(const fs::path& folder, std::size_t first_page, PageStore& pages) {
+void read_samples(const fs::path& model, const io::LoadedModel& loaded, std::size_t first_page, PageStore& pages) {
   for (std::size_t page = first_page; page < pages.size(); ++page) {
-    const std::size_t number = page - first_page;
-    std::optional<Samples> samples = pipeline::samples_beside(folder, number, pages[page].width, pages[page].height);
+    const fs::path file = pipeline::page_file_of(model, loaded, page - first_page);
+    std::optional<Samples> samples = pipeline::samples_beside(file, pages[page].width, pages[page].height);
     if (!samples) return;
-    pages.take_samples(page, {std::move(*samples), {}}, io::read_band_set(folder / pipeline::samples_name(number)));
+    pages.take_samples(page, {std::move(*samples), {}}, io::read_band_set(pipeline::samples_of(file)));
   }
 }
 
@@ -136,7 +136,7 @@ Surface read_surface(const std::vector<fs::path>& models, atlas::UnseenFaces uns
     const std::size_t first = pages.size();
     io::LoadedModel more = io::read_textured_model(
         file, [&](std::size_t number, Image page) { pages.take_page(first + number, std::move(page)); });
-    read_samples(file.parent_path(), first, pages);
+    read_samples(file, more, first, pages);
     if (&file != &models.front()) {
       append(file, std::move(more), first, surface);
       continue;

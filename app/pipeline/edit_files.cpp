@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "app/pipeline/given_layout.h"
 #include "app/pipeline/stored.h"
 #include "app/pipeline/texture_files.h"
 
@@ -58,12 +59,13 @@ void read_result(const fs::path& from, const char* name, const io::WorkKey& key,
 
 bool is_of_views(ViewId view, const Input& input) { return index(view) < input.scene.views.size(); }
 
-// Corners in [0, 1] of pages that are there.
-bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pages) {
+// Corners in [0, 1] of pages that are there. Where places are given, some faces have none.
+bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pages, bool given) {
   return model.face_texcoords.size() == faces && model.face_page.size() == faces &&
          std::ranges::all_of(model.texcoords,
                              [](const io::TexCoord& t) { return t.u >= 0 && t.u <= 1 && t.v >= 0 && t.v <= 1; }) &&
-         std::ranges::all_of(model.face_page, [&](std::uint32_t page) { return page < pages; }) &&
+         std::ranges::all_of(model.face_page,
+                             [&](std::uint32_t page) { return page < pages || (given && page == io::kNoPage); }) &&
          std::ranges::all_of(model.face_texcoords, [&](const auto& corners) {
            return std::ranges::all_of(corners, [&](std::uint32_t corner) { return corner < model.texcoords.size(); });
          });
@@ -81,7 +83,8 @@ bool is_sound(const EditModel& m, const Input& input) {
   return m.labels.size() == faces && m.face_chart.size() == faces && m.page_files.size() == pages &&
          (m.exposure.empty() || m.exposure.size() == input.scene.views.size()) &&
          (m.alignment.empty() || m.alignment.size() == input.scene.views.size()) && m.reduction > 0 &&
-         m.reduction <= 1 && is_sound(m.model, faces, pages) && std::ranges::all_of(m.page_sizes, is_page_size) &&
+         m.reduction <= 1 && is_sound(m.model, faces, pages, input.layout != nullptr) &&
+         std::ranges::all_of(m.page_sizes, is_page_size) &&
          std::ranges::all_of(m.labels, [&](ViewId view) { return view == kNoView || is_of_views(view, input); }) &&
          std::ranges::all_of(m.face_chart, [&](std::uint32_t chart) { return chart < charts; }) &&
          std::ranges::all_of(m.exposure, [](const auto& exposure) { return atlas::is_sound(exposure); }) &&
@@ -138,10 +141,10 @@ void copy_edit_views(const fs::path& from, const ResultKeys& keys, OutputFolder&
   });
 }
 
-void write_edit_model(EditModel m, io::ImageFormat pages, OutputFolder& folder) {
+void write_edit_model(const Input& input, EditModel m, io::ImageFormat pages, OutputFolder& folder) {
   m.page_files.clear();
   for (std::size_t p = 0; p < m.page_sizes.size(); ++p)
-    m.page_files.push_back(page_file_key(folder.in_making() / page_name(p, pages)));
+    m.page_files.push_back(page_file_key(folder.in_making() / page_file_name(input, p, pages)));
   write_result(kEditModelFile, model_key(), folder, [&](io::WorkStore::Writer& out) { out.add(m); });
 }
 

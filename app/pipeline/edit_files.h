@@ -46,7 +46,7 @@ io::WorkKey page_file_key(const std::filesystem::path& file);
 void write_edit_views(const Input& input, const ResultKeys& keys, const labeling::CandidateCollector& collector,
                       const CoverageStore& coverage, OutputFolder& folder);
 /// \pre the pages are written in the folder, in this format. Sets EditModel::page_files.
-void write_edit_model(EditModel model, io::ImageFormat pages, OutputFolder& folder);
+void write_edit_model(const Input& input, EditModel model, io::ImageFormat pages, OutputFolder& folder);
 
 /// Throws InputError where `from` holds no editable result of this format.
 EditModel read_edit_model(const std::filesystem::path& from);

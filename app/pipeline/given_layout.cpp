@@ -6,6 +6,7 @@
 
 #include "app/pipeline/texture_files.h"
 #include "atlas/atlas.h"
+#include "io/images.h"
 #include "labeling/labeling.h"
 
 namespace gpvc::pipeline {
@@ -13,16 +14,22 @@ namespace {
 
 using results::readable_count;
 
-void refuse_settings(const Settings& settings, const std::filesystem::path& mesh) {
+void refuse_settings(const Settings& settings, const io::UvLayout& layout, const std::filesystem::path& mesh) {
   const auto refuse = [&](bool wanted, const char* what) {
     if (wanted)
       throw InputError(mesh, "", fmt::format("is textured on its own texture coordinates, which excludes {}", what));
   };
   const atlas::AtlasOptions& atlas = settings.atlas;
-  refuse(settings.output.target == Target::web, "models for the web: their pages would have to be made smaller");
   refuse(atlas.max_pages > 0 || atlas.max_texels > 0 || atlas.texel_size > 0,
          "limits of pages, texels and texel sizes: pages have the sizes that are asked for");
-  refuse(settings.editable, "results that can be changed later: new charts would need pages of their own");
+  if (settings.output.target != Target::web) return;
+  for (const io::UvPage& page : layout.pages)
+    if (std::max(page.width, page.height) > io::kMostWebpEdge)
+      throw InputError(
+          mesh, "",
+          fmt::format("has a page of {} x {} texels, and a WebP of a model for the web has at most {} an edge; "
+                      "expected a smaller page size",
+                      page.width, page.height, io::kMostWebpEdge));
 }
 
 std::string sizes_text(const io::UvLayout& layout) {
@@ -77,7 +84,7 @@ void look_at_layout(const Run& run) {
   const Input& input = run.input;
   if (input.layout == nullptr) return;
   atlas::check_layout(input.mesh, *input.layout);
-  refuse_settings(run.settings, input.mesh_file);
+  refuse_settings(run.settings, *input.layout, input.mesh_file);
   const atlas::UvFigures found = atlas::measure_uv(input.mesh, labeling::face_graph(input.mesh), *input.layout);
   if (found.islands == 0)
     throw InputError(

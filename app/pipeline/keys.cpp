@@ -174,6 +174,7 @@ ResultKeys result_keys(const Run& run) {
     settings.device = Settings{}.device;  // classes are the same on all of them
   io::WorkHash mesh, options;
   add_mesh(mesh, run.input.mesh);
+  if (run.input.layout != nullptr) add_layout(mesh, *run.input.layout);
   std::vector<ViewKeys> views;
   for (std::size_t n = 0; const std::optional<io::WorkKey>& photo : photo_keys(run)) {
     const ViewId id = run.input.views[n++];
@@ -187,7 +188,7 @@ ResultKeys result_keys(const Run& run) {
 }
 
 std::string difference(const ResultKeys& result, const ResultKeys& now) {
-  if (result.mesh != now.mesh) return "was textured from another mesh";
+  if (result.mesh != now.mesh) return "was textured from another mesh, or on other texture coordinates";
   const std::string views = difference(result.views, now.views);
   if (!views.empty() || result.options == now.options) return views;
   for (std::size_t n = 0; n < std::min(result.option_texts.size(), now.option_texts.size()); ++n)

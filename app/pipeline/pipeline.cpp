@@ -126,7 +126,8 @@ TexturedFiles texture_within(const MemoryPlan& memory, const Run& given, OutputF
   observer.begin({"write"});
   const WrittenModel written = files.finish(atlas.model, atlas.statistics.cuts);
   if (keys)
-    write_edit_model({*keys,
+    write_edit_model(input,
+                     {*keys,
                       settings.view_rules,
                       chosen.selection.labels,
                       atlas.model,

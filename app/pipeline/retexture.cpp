@@ -9,6 +9,7 @@
 
 #include "app/pipeline/bake_into.h"
 #include "app/pipeline/edit_files.h"
+#include "app/pipeline/given_layout.h"
 #include "app/pipeline/steps.h"
 #include "app/pipeline/texture_files.h"
 #include "io/clock.h"
@@ -81,15 +82,26 @@ Change find_change(const EditModel& before, std::span<const FaceId> changed, std
   std::vector<std::uint8_t> used(before.page_sizes.size(), 0);
   std::set<std::uint32_t> charts(before.face_chart.begin(), before.face_chart.end()), touched;
   for (std::size_t f = 0; f < labels.size(); ++f) {
-    if (change.kept[f] != 0)
-      used[before.model.face_page[f]] = 1;
-    else
+    if (change.kept[f] == 0)
       touched.insert(before.face_chart[f]);
+    else if (before.model.face_page[f] != io::kNoPage)
+      used[before.model.face_page[f]] = 1;
   }
   change.charts_touched = touched.size();
   change.charts_kept = charts.size() - touched.size();
   for (const std::uint8_t page : used)
     change.page_number.push_back(page != 0 ? static_cast<std::uint32_t>(change.pages_kept++) : kDropped);
+  return change;
+}
+
+/// Where places are given, new texels would lie beside earlier ones on the same page: if any face changes, all are made.
+Change on_given_places(Change change) {
+  if (change.faces == 0) return change;
+  std::ranges::fill(change.kept, std::uint8_t{0});
+  std::ranges::fill(change.page_number, kDropped);
+  change.faces = change.kept.size();
+  change.pages_kept = 0;
+  change.charts_touched += std::exchange(change.charts_kept, 0);
   return change;
 }
 
@@ -112,11 +124,10 @@ struct PagesBeside {
 };
 
 /// The samples of an earlier page. Throws InputError where they are not those of this page.
-Samples earlier_samples(const fs::path& from, std::size_t number, const BandSet& bands, const Image& page) {
-  std::optional<Samples> samples = samples_beside(from, number, page.width, page.height);
+Samples earlier_samples(const fs::path& file, const BandSet& bands, const Image& page) {
+  std::optional<Samples> samples = samples_beside(file, page.width, page.height);
   if (!samples || samples->bands != bands.bands.size() || samples->type != bands.type)
-    throw InputError(from / samples_name(number), "", "is not what was written there with its page",
-                     {Cure::make_editable});
+    throw InputError(samples_of(file), "", "is not what was written there with its page", {Cure::make_editable});
   return std::move(*samples);
 }
 
@@ -127,7 +138,7 @@ PagesBeside keep_pages(const fs::path& from, const Input& input, const EditModel
   PagesBeside pages{std::vector<Image>(needed.size()), std::vector<Samples>(needed.size())};
   tbb::parallel_for(std::size_t{0}, needed.size(), [&](std::size_t p) {
     if (change.page_number[p] == kDropped) return;
-    const fs::path file = from / page_name(p, settings.output.texture);
+    const fs::path file = from / page_file_name(input, p, settings.output.texture);
     if (page_file_key(file) != before.page_files[p])
       throw InputError(file, "", "is not the page that was written there", {Cure::make_editable});
     Image page = io::read_image(file);
@@ -136,8 +147,8 @@ PagesBeside keep_pages(const fs::path& from, const Input& input, const EditModel
                        fmt::format("expected the page of {} x {} texels that was written there, found {} x {}",
                                    before.page_sizes[p][0], before.page_sizes[p][1], page.width, page.height));
     if (input.scene.bands) {
-      if (needed[p] != 0) pages.samples[p] = earlier_samples(from, p, *input.scene.bands, page);
-      files.keep_samples(change.page_number[p], from / samples_name(p));
+      if (needed[p] != 0) pages.samples[p] = earlier_samples(file, *input.scene.bands, page);
+      files.keep_samples(change.page_number[p], samples_of(file));
     }
     files.keep_page(change.page_number[p], file, page);
     if (needed[p] != 0) pages.images[p] = std::move(page);
@@ -154,6 +165,7 @@ io::TexturedModel joined(const EditModel& before, const Change& change, const io
       for (const std::uint32_t t : old.face_texcoords[f]) number[t] = 1;
   io::TexturedModel model;
   model.mesh = made.mesh;
+  if (change.pages_kept == 0) model.obj_texcoords = made.obj_texcoords;
   for (std::size_t t = 0; t < number.size(); ++t) {
     if (number[t] == 0) continue;
     number[t] = static_cast<std::uint32_t>(model.texcoords.size());
@@ -241,9 +253,10 @@ class Remaking final : public PageSink {
                                  coverage,
                                  change_.kept,
                                  exposure,
-                                 &finished,
+                                 run_.input.layout == nullptr ? &finished : nullptr,
                                  {},
-                                 alignment};
+                                 alignment,
+                                 run_.input.layout};
     return bake_into(run_, from, memory, {.scratch_folder = folder.in_making()}, this);
   }
 
@@ -276,7 +289,7 @@ class Remaking final : public PageSink {
   void bake_onto(const io::TexturedModel& model, std::span<const std::array<int, 2>> page_sizes,
                  std::span<const ViewId> labels, std::span<const LayerPhotos> layers, OutputFolder& folder) const {
     if (layers.empty()) return;
-    const io::UvLayout layout = layout_of(model, page_sizes);
+    const io::UvLayout layout = run_.input.layout != nullptr ? *run_.input.layout : layout_of(model, page_sizes);
     const visibility::CoverageTable coverage = earlier_.coverage.of_partial_faces(earlier_.candidates.tags);
     const std::vector<ShiftField> alignment = alignment_of_views();
     bake_layers(run_, layers,
@@ -316,6 +329,7 @@ class Remaking final : public PageSink {
     begin({});
     model_ = earlier_.model.model;
     model_.mesh = &run_.input.mesh;
+    if (run_.input.layout != nullptr) model_.obj_texcoords = run_.input.layout->obj_texcoords;
     files_.take_model(model_).get();
     run_.observer.end("nothing to make");
     return {};
@@ -343,13 +357,15 @@ labeling::Reselection choose_again(const Earlier& earlier, const Settings& setti
 TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder,
                              std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
+  look_at_layout(run);
   const Clock::time_point start = Clock::now();
   const auto& [input, settings, photos, observer, kept] = run;
   Earlier earlier = read_earlier(from, run);
   earlier.graph = weighed_graph(input.mesh, settings.edge_weights, observer);
   labeling::Reselection again = choose_again(earlier, settings, observer);
   release_freed_memory();
-  const Change change = find_change(earlier.model, earlier.changed, again.selection.labels);
+  Change change = find_change(earlier.model, earlier.changed, again.selection.labels);
+  if (input.layout != nullptr) change = on_given_places(std::move(change));
   ModelFiles files(run, folder, again.selection.labels, earlier.candidates.tags);
   Remaking remaking(from, run, earlier, change, files);
   atlas::TextureAtlas made = remaking.make(again.selection.labels, folder);
@@ -362,6 +378,7 @@ TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder&
   remaking.bake_onto(made.model, files.page_sizes(), again.selection.labels, layers, folder);
   observer.begin({"write"});
   write_edit_model(
+      input,
       joined_edit_model(earlier.model, settings, change, again.selection.labels, made.model, made, files.page_sizes()),
       settings.output.texture, folder);
   observer.end("");

@@ -173,10 +173,15 @@ std::string page_name(std::size_t number, io::ImageFormat format) {
   return fmt::format("model_{}.{}", number, name_of(io::kImageFormatNames, format));
 }
 
-std::string samples_name(std::size_t number) { return fmt::format("model_{}.tif", number); }
+fs::path samples_of(const fs::path& page) { return fs::path(page).replace_extension(".tif"); }
 
-std::optional<Samples> samples_beside(const fs::path& folder, std::size_t number, int width, int height) {
-  const fs::path file = folder / samples_name(number);
+fs::path page_file_of(const fs::path& model, const io::LoadedModel& loaded, std::size_t page) {
+  const bool has_file = page < loaded.page_files.size() && !loaded.page_files[page].empty();
+  return has_file ? loaded.page_files[page] : model.parent_path() / page_name(page, io::ImageFormat::jpg);
+}
+
+std::optional<Samples> samples_beside(const fs::path& page, int width, int height) {
+  const fs::path file = samples_of(page);
   if (!io::is_file(file)) return std::nullopt;
   Samples samples = io::read_samples(file);
   return samples.width == width && samples.height == height ? std::optional(std::move(samples)) : std::nullopt;
@@ -209,8 +214,7 @@ void ModelFiles::begin(const atlas::AtlasEstimate& size) {
   folder_.file("model.mtl");
   pages_ = promise_pages(run_.input, folder_, size.pages, run_.settings.output.texture);
   if (run_.input.scene.bands)
-    for (const io::PageFile& page : pages_)
-      samples_.push_back(folder_.file(page.file.filename().replace_extension(".tif")));
+    for (const io::PageFile& page : pages_) samples_.push_back(folder_.file(samples_of(page.file.filename())));
   preview_file_ = folder_.file("preview.png");
   labels_file_ = folder_.file("labels.npy");
   tags_file_ = folder_.file("tags.npy");

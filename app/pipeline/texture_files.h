@@ -24,11 +24,14 @@ std::string page_name(std::size_t number, io::ImageFormat format);
 enum class Coordinates { of_mesh_file, of_scene };
 
 /// The file of its samples, where photos have bands. Those of a page that a layout names are called like the page.
-std::string samples_name(std::size_t number);
+std::filesystem::path samples_of(const std::filesystem::path& page);
+
+/// The file of a page of a model that was read. Of one in the model's own file what it is called beside model.obj.
+std::filesystem::path page_file_of(const std::filesystem::path& model, const io::LoadedModel& loaded, std::size_t page);
 
 /// The samples of a page in a result's folder; nullopt where there are none, or not of the page's size: then they are another
 /// program's. Throws InputError.
-std::optional<Samples> samples_beside(const std::filesystem::path& folder, std::size_t number, int width, int height);
+std::optional<Samples> samples_beside(const std::filesystem::path& page, int width, int height);
 
 /// How the result's files write coordinates.
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,

@@ -155,12 +155,12 @@ WebPages fitting_pages(const Run& run, const io::TexturedModel& model, std::span
 
 }  // namespace
 
-Settings with_target(Settings settings, std::size_t faces) {
+Settings with_target(Settings settings, std::size_t faces, bool has_layout) {
   OutputSettings& output = settings.output;
   if (output.target == Target::full) return settings;
   output.max_bytes = most_bytes(output);
   atlas::AtlasOptions& atlas = settings.atlas;
-  if (atlas.max_pages == 0) atlas.max_pages = 1;
+  if (atlas.max_pages == 0 && !has_layout) atlas.max_pages = 1;
   // Quantized geometry of a park takes 4.5 bytes of a face, that of a city of many charts 9; indices never take less than
   // one. A fallback adds 8 % to a page.
   constexpr std::size_t kLeastOfFace = 1;
@@ -170,6 +170,7 @@ Settings with_target(Settings settings, std::size_t faces) {
     throw InputError(fmt::format("{} faces take {} or more, and the model may have {}", results::readable_count(faces),
                                  megabytes(kLeastOfFace * faces), megabytes(output.max_bytes)),
                      {Cure::more_bytes, Cure::fewer_faces});
+  if (has_layout) return settings;
   const double texels = std::max(most - kFace * count, most / 4) / (kWithFallback * density(output.webp_quality));
   const double pages = static_cast<double>(atlas.max_pages) * atlas.page_size * atlas.page_size;
   if (texels < pages && (atlas.max_texels == 0 || texels < static_cast<double>(atlas.max_texels)))

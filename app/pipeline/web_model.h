@@ -12,8 +12,9 @@
 namespace gpvc::pipeline {
 
 /// Settings with what OutputSettings::target asks for where it is not set. For the web: kWebBytes, one page, and as many texels as
-/// these bytes allow beside the geometry that so many faces take. Throws InputError where the geometry alone takes more.
-Settings with_target(Settings settings, std::size_t faces);
+/// these bytes allow beside the geometry that so many faces take. Pages of places that are given stay as they are; those in model.glb are made smaller
+/// where they take too many bytes. Throws InputError where the geometry alone takes more.
+Settings with_target(Settings settings, std::size_t faces, bool has_layout = false);
 
 /// Pages as WebP, each with a fallback where OutputSettings asks for one.
 struct WebPages {

@@ -39,7 +39,7 @@ void run(const TextureRequest& request, RunObserver& observer) {
   observer.begin({"read"});
   checks::prepare(result.scene, result.mesh, result.views, {TextureResult::kMeshName, request.mesh_crs}, observer);
   observer.end("");
-  result.settings = pipeline::with_target(result.settings, result.mesh.faces.size());
+  result.settings = pipeline::with_target(result.settings, result.mesh.faces.size(), request.uv != nullptr);
   if (request.uv != nullptr)
     result.layout =
         io::lay_out(request.uv->stated, {result.settings.atlas.page_size, !request.sizes_pages}, request.uv->name);

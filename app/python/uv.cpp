@@ -1,7 +1,7 @@
 #include "app/python/uv.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -19,26 +19,6 @@ using Indices = py::array_t<std::uint32_t, py::array::c_style>;
 // Arrays have v downwards, as pages do, and files of OBJ upwards.
 std::array<double, 2> turned(const double* uv) { return {uv[0], 1 - uv[1]}; }
 
-// Corners of a vertex that have the same coordinates share one, in the order of the faces.
-void take_corners(const Coordinates& uv, const Indices& faces, StatedUv& to) {
-  std::vector<std::uint32_t> first, next;  // of a vertex's coordinates, and after each
-  const std::uint32_t* vertex = faces.data();
-  const double* at = uv.data();
-  for (Triangle& corners : to.face_texcoords)
-    for (std::uint32_t& corner : corners) {
-      const std::array<double, 2> stated = turned(at);
-      at += 2;
-      if (*vertex >= first.size()) first.resize(std::size_t{*vertex} + 1, StatedUv::kNone);
-      std::uint32_t& known = first[*vertex++];
-      corner = known;
-      while (corner != StatedUv::kNone && to.texcoords[corner] != stated) corner = next[corner];
-      if (corner != StatedUv::kNone) continue;
-      corner = static_cast<std::uint32_t>(to.texcoords.size());
-      to.texcoords.push_back(stated);
-      next.push_back(std::exchange(known, corner));
-    }
-}
-
 // uv: (F, 3, 2) or (V, 2); page: (F,), StatedUv::kNone for faces without coordinates.
 MeshUv of_arrays(const Coordinates& uv, const Indices& faces, const Indices& page,
                  const std::vector<std::tuple<std::string, int, int>>& pages) {
@@ -46,7 +26,11 @@ MeshUv of_arrays(const Coordinates& uv, const Indices& faces, const Indices& pag
   StatedUv& stated = made.stated;
   stated.face_texcoords.resize(static_cast<std::size_t>(faces.shape(0)));
   if (uv.ndim() == 3) {
-    take_corners(uv, faces, stated);
+    std::vector<Triangle> triangles(stated.face_texcoords.size());
+    std::copy_n(faces.data(), faces.size(), triangles.data()->data());
+    std::vector<std::array<double, 2>> corners;
+    for (py::ssize_t n = 0; n < uv.size(); n += 2) corners.push_back(turned(uv.data() + n));
+    io::set_corners(triangles, corners, stated);
   } else {
     for (py::ssize_t vertex = 0; vertex < uv.shape(0); ++vertex)
       stated.texcoords.push_back(turned(uv.data() + 2 * vertex));

@@ -25,6 +25,7 @@ struct PlyTexture {
   /// Per triangle and corner; not finite where the file states none.
   std::vector<std::array<TexCoord, 3>> corners;
   std::vector<std::int64_t> page;  ///< per triangle, as it stands; 0 where the file states none
+  std::vector<TexCoord> vertices;  ///< per vertex, as it stands; empty where the file states none
 };
 
 /// \pre bytes start with "ply" and a line end. Polygons are fans. Fills `texture` unless it is null.

@@ -275,7 +275,7 @@ class MeshReader {
  public:
   MeshReader(const std::filesystem::path& file, const Header& header, Values values, PlyTexture* texture)
       : file_(file), header_(header), values_(values), texture_(texture) {
-    if (texture_ != nullptr) *texture_ = {header.texture_files, {}, {}};
+    if (texture_ != nullptr) *texture_ = {header.texture_files, {}, {}, {}};
   }
 
   Mesh read() {
@@ -312,7 +312,8 @@ class MeshReader {
   }
 
   void read_vertices(const Element& element) {
-    std::array<std::size_t, 3> axes{};
+    const std::size_t none = element.properties.size();
+    std::array<std::size_t, 5> axes{none, none, none, none, none};  // x, y, z, u, v
     constexpr std::array<std::string_view, 3> kNames{"x", "y", "z"};
     for (std::size_t i = 0; i < 3; ++i) {
       const std::optional<std::size_t> found = element.find({kNames[i]});
@@ -320,20 +321,37 @@ class MeshReader {
         throw InputError(file_, "", "element 'vertex' has no scalar property '" + std::string(kNames[i]) + "'");
       axes[i] = *found;
     }
+    const bool has_uv = texture_ != nullptr && find_uv(element, axes[3], axes[4]);
     mesh_.positions.reserve(element.count);
     for (std::uint64_t v = 0; v < element.count; ++v) {
-      std::array<double, 3> position{};
+      std::array<double, 5> position{};
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
         const Property& property = element.properties[i];
         const std::size_t axis = static_cast<std::size_t>(std::find(axes.begin(), axes.end(), i) - axes.begin());
-        if (axis < 3)
+        if (axis < axes.size())
           position[axis] = values_.number(property.type);
         else
           skip(property);
       }
       values_.end_element();
       mesh_.positions.push_back({position[0], position[1], position[2]});
+      if (has_uv) texture_->vertices.push_back({static_cast<float>(position[3]), static_cast<float>(position[4])});
     }
+  }
+
+  /// By the names that Blender, others and MeshLab give them.
+  static bool find_uv(const Element& element, std::size_t& u, std::size_t& v) {
+    constexpr std::array<std::array<std::string_view, 2>, 3> kPairs{
+        {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}}};
+    for (const auto& [name_u, name_v] : kPairs) {
+      const std::optional<std::size_t> first = element.find({name_u}), second = element.find({name_v});
+      if (!first || !second || element.properties[*first].count_type || element.properties[*second].count_type)
+        continue;
+      u = *first;
+      v = *second;
+      return true;
+    }
+    return false;
   }
 
   void read_faces(const Element& element) {

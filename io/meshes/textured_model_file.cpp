@@ -39,6 +39,11 @@ class PageList {
     take_page_(place->second, std::move(image));
     return place->second;
   }
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> all(pages_.size());
+    for (const auto& [file, page] : pages_) all[page] = file;
+    return all;
+  }
 
  private:
   fs::path model_;
@@ -100,6 +105,7 @@ LoadedModel read_textured_obj(const fs::path& file, const TakePage& take_page) {
     result.model.face_page.push_back(known ? page_of_material[texture.material[f]] : kNoPage);
     if (known && clamped[texture.material[f]]) clamp_face(file, f, result.model);
   }
+  result.page_files = pages.files();
   result.offset = read_offset(file);
   return result;
 }
@@ -125,6 +131,7 @@ LoadedModel read_textured_ply(const fs::path& file, const TakePage& take_page) {
       result.model.texcoords.push_back(textured ? TexCoord{corner.u, 1 - corner.v} : TexCoord{});
     result.model.face_page.push_back(textured ? page_of_file[static_cast<std::size_t>(texture.page[f])] : kNoPage);
   }
+  result.page_files = pages.files();
   return result;
 }
 
@@ -216,6 +223,8 @@ void add_pages(const fs::path& file, const tinygltf::Model& model, LoadedModel& 
       if (const std::string& name = image.name.empty() ? image.uri : image.name; !name.empty())
         part += " (" + reason_of(file, name) + ")";
       take_page(known, decode_image(file, part, bytes_of(file, model, image, part)));
+      const bool is_inside = image.bufferView >= 0 || !image.image.empty();
+      result.page_files.push_back(is_inside ? fs::path() : folder_of(file) / with_slashes(image.uri));
     }
     page = known;
   }

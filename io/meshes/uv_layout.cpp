@@ -218,6 +218,25 @@ class LayoutMaker {
 
 }  // namespace
 
+void set_corners(std::span<const Triangle> faces, std::span<const std::array<double, 2>> corners, StatedUv& uv) {
+  std::vector<std::uint32_t> first, next;  // of a vertex's coordinates, and after each
+  uv.face_texcoords.resize(faces.size());
+  for (std::size_t at = 0; at < corners.size(); ++at) {
+    const std::uint32_t vertex = faces[at / 3][at % 3];
+    const std::array<double, 2>& stated = corners[at];
+    std::uint32_t& corner = uv.face_texcoords[at / 3][at % 3];
+    corner = StatedUv::kNone;
+    if (!std::isfinite(stated[0]) || !std::isfinite(stated[1])) continue;
+    if (vertex >= first.size()) first.resize(std::size_t{vertex} + 1, StatedUv::kNone);
+    corner = first[vertex];
+    while (corner != StatedUv::kNone && uv.texcoords[corner] != stated) corner = next[corner];
+    if (corner != StatedUv::kNone) continue;
+    corner = static_cast<std::uint32_t>(uv.texcoords.size());
+    uv.texcoords.push_back(stated);
+    next.push_back(std::exchange(first[vertex], corner));
+  }
+}
+
 UvLayout lay_out(const StatedUv& uv, const UvPageSize& size, const fs::path& file) {
   return LayoutMaker(uv, size, file).make();
 }

@@ -1,5 +1,7 @@
 // Reads the texture coordinates of models, without their textures.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 
@@ -48,6 +50,38 @@ StatedUv read_obj_uv(const fs::path& file) {
     const ImageSize size = size_of(image_beside(file, first_tile(material.image)));
     uv.materials[used->second].width = size.width;
     uv.materials[used->second].height = size.height;
+  }
+  return uv;
+}
+
+StatedUv read_ply_uv(const fs::path& file) {
+  const FileBytes bytes(file);
+  const std::string_view text = without_byte_order_mark(bytes.view());
+  if (!text.starts_with("ply")) throw InputError(file, "line 1", "expected 'ply'");
+  PlyTexture texture;
+  const Mesh mesh = read_ply(file, text, &texture);
+  StatedUv uv;
+  const bool has_corners = std::ranges::any_of(texture.corners, [](const auto& c) { return std::isfinite(c[0].u); });
+  std::vector<std::array<double, 2>> corners(3 * mesh.faces.size(), {NAN, NAN});  // strips have none
+  for (std::size_t at = 0; at < corners.size(); ++at) {
+    const std::uint32_t vertex = mesh.faces[at / 3][at % 3];
+    TexCoord stated{NAN, NAN};
+    if (has_corners && at / 3 < texture.corners.size())
+      stated = texture.corners[at / 3][at % 3];
+    else if (!has_corners && vertex < texture.vertices.size())
+      stated = texture.vertices[vertex];
+    corners[at] = {static_cast<double>(stated.u), static_cast<double>(stated.v)};
+  }
+  set_corners(mesh.faces, corners, uv);
+  for (const std::string& name : texture.files) {
+    const fs::path image = image_beside(file, first_tile(name));
+    const ImageSize size = size_of(image);
+    uv.materials.push_back({image.stem().string(), size.width, size.height});
+  }
+  texture.page.resize(mesh.faces.size(), 0);
+  for (const std::int64_t page : texture.page) {
+    const bool is_known = page >= 0 && page < static_cast<std::int64_t>(uv.materials.size());
+    uv.face_material.push_back(is_known ? static_cast<std::uint32_t>(page) : StatedUv::kNone);
   }
   return uv;
 }
@@ -140,7 +174,8 @@ StatedUv read_uv(const fs::path& model) {
   const std::string extension = lower_case(model.extension().string());
   if (is_gltf(model)) return GltfUv(model).read();
   if (extension == ".obj") return read_obj_uv(model);
-  throw InputError(model, "", "expected a model with texture coordinates, .obj, .glb or .gltf");
+  if (extension == ".ply") return read_ply_uv(model);
+  throw InputError(model, "", "expected a model with texture coordinates, .obj, .ply, .glb or .gltf");
 }
 
 }  // namespace gpvc::io

@@ -158,20 +158,62 @@ TEST_F(KeepUv, SaysWhatItDoesNotServe) {
   EXPECT_FALSE(fs::exists(folder_.path() / "none"));
 }
 
+TEST_F(KeepUv, MakesModelsForTheWebOfSmallerPages) {
+  const fs::path before = first();
+  const Outcome outcome =
+      run(onto(before / "model.obj", out_, {"--target", "web", "--max-bytes", "200000", "--page-size", "512"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_LE(fs::file_size(out_ / "model.glb"), 200'000u);
+  const io::LoadedModel obj = io::read_textured_model(out_ / "model.obj"),
+                        glb = io::read_textured_model(out_ / "model.glb");
+  EXPECT_EQ(std::max(obj.pages[0].width, obj.pages[0].height), 512) << "the OBJ's pages are as asked for";
+  EXPECT_EQ(obj.pages[0].width * glb.pages[0].height, obj.pages[0].height * glb.pages[0].width) << "the same places";
+  EXPECT_EQ(lines_of(out_ / "model.obj", "vt"), lines_of(before / "model.obj", "vt"));
+}
+
+TEST_F(KeepUv, ChangesAnEditableResultInPlace) {
+  const fs::path before = first(), editable = folder_.path() / "editable", rules = folder_.path() / "rules.csv";
+  ASSERT_EQ(run(onto(before / "model.obj", editable, {"--editable"})).exit_code, 0);
+  const Outcome same = run(onto(before / "model.obj", folder_.path() / "same", {"--from", editable.string()}));
+  ASSERT_EQ(same.exit_code, 0) << same.err;
+  for (const char* file : {"model_0.png", "model.obj", "labels.npy"})
+    EXPECT_EQ(read_file(folder_.path() / "same" / file), read_file(editable / file)) << file;
+
+  const auto views = nlohmann::json::parse(read_file(editable / "views.json"));
+  const std::string name = views["views"][0]["name"];
+  std::ofstream(rules) << "photo," << name << " 0 0 200 200\n";
+  const std::vector<std::string> change{"--from", editable.string(), "--allow", rules.string()};
+  const Outcome changed = run(onto(before / "model.obj", out_, change));
+  ASSERT_EQ(changed.exit_code, 0) << changed.err;
+  EXPECT_EQ(run_json(out_)["counts"]["edit"]["pages_kept"], 0);
+  EXPECT_EQ(lines_of(out_ / "model.obj", "vt"), lines_of(before / "model.obj", "vt"));
+  EXPECT_EQ(lines_of(out_ / "model.obj", "f"), lines_of(before / "model.obj", "f"));
+  EXPECT_NE(read_file(out_ / "model_0.png"), read_file(editable / "model_0.png"));
+  // The same rules from the start: the labels differ at most where the other solver stops elsewhere.
+  const fs::path whole = folder_.path() / "whole";
+  ASSERT_EQ(run(onto(before / "model.obj", whole, {"--allow", rules.string()})).exit_code, 0);
+  const auto a = npy<std::int32_t>(out_ / "labels.npy"), b = npy<std::int32_t>(whole / "labels.npy");
+  std::size_t differ = 0;
+  for (std::size_t f = 0; f < a.size(); ++f) differ += a[f] != b[f];
+  EXPECT_LT(differ, a.size() / 50);
+  // Onto other places, or without the mesh's own, the result cannot be changed.
+  expect_one_sentence(
+      run(onto(before / "model.obj", whole, {"--from", editable.string(), "--page-size", "300", "--force"})),
+      "editable", "other texture coordinates");
+  expect_one_sentence(run(texture(whole, {"--from", editable.string(), "--texture", "png", "--force"})), "editable",
+                      "was textured from another mesh");
+}
+
 TEST_F(KeepUv, IsRefusedWithWhatItExcludes) {
   const fs::path model = scene_ / "mesh.ply";
-  for (const std::vector<std::string>& more : {std::vector<std::string>{"--max-pages", "1"},
-                                               {"--max-texels", "100000"},
-                                               {"--texel-size", "0.1"},
-                                               {"--target", "web"},
-                                               {"--editable"},
-                                               {"--from", scene_.string()}}) {
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--max-pages", "1"}, {"--max-texels", "100000"}, {"--texel-size", "0.1"}}) {
     const Outcome outcome = run(onto(model, out_, more));
     EXPECT_EQ(outcome.exit_code, 2) << more[0];
     EXPECT_TRUE(contains(outcome.err, "--keep-uv does not go with " + more[0])) << outcome.err;
   }
   EXPECT_EQ(run(texture(out_, {"--overlap", "refuse"})).exit_code, 2);
-  expect_one_sentence(run(onto(model, out_)), "mesh.ply", "expected a model with texture coordinates");
+  expect_one_sentence(run(onto(model, out_)), "mesh.ply", "has no texture coordinates");
   // A model without any.
   const fs::path bare = folder_.path() / "bare.obj";
   std::ofstream(bare) << "v 0 0 0\nv 20 0 0\nv 20 20 0\nv 0 20 0\nf 1 2 3\nf 1 3 4\n";

@@ -212,6 +212,36 @@ TEST_F(ReadUv, ComesBackFromAnObjAndAGlbAsItWas) {
   }
 }
 
+TEST_F(ReadUv, TakesThoseOfCornersOrOfVerticesFromAPly) {
+  const auto ply = folder_.path() / "mesh.ply";
+  const std::string vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+  std::ofstream(ply) << "ply\nformat ascii 1.0\ncomment TextureFile wall.png\ncomment TextureFile other.png\n"
+                     << vertices
+                     << "element face 3\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n"
+                        "property uchar texnumber\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+                        "3 0 1 2 6 0 0 0.5 0 0.5 0.5 1\n3 0 2 3 6 0 0 0.5 0.5 0 0.25 0\n3 1 2 3 0 0\n";
+  const StatedUv corners = read_uv(ply);
+  EXPECT_EQ(corners.texcoords.size(), 4u) << "the corners that two faces share are one";
+  EXPECT_EQ(corners.face_texcoords[0], (Triangle{0, 1, 2}));
+  EXPECT_EQ(corners.face_texcoords[1], (Triangle{0, 2, 3}));
+  EXPECT_EQ(corners.face_texcoords[2], (Triangle{StatedUv::kNone, StatedUv::kNone, StatedUv::kNone}));
+  EXPECT_EQ(corners.texcoords[3], (std::array{0.0, 0.25})) << "v upwards, as an OBJ has it";
+  EXPECT_EQ(corners.face_material, (std::vector<std::uint32_t>{1, 0, 0}));
+  ASSERT_EQ(corners.materials.size(), 2u);
+  EXPECT_EQ(corners.materials[0].name, "wall");
+  EXPECT_EQ(corners.materials[0].width, 48);
+  EXPECT_EQ(corners.materials[1].width, 0) << "there is no such image";
+
+  std::ofstream(ply) << "ply\nformat ascii 1.0\n"
+                     << vertices
+                     << "property float t\nproperty float s\nelement face 2\nproperty list uchar int vertex_indices\n"
+                        "end_header\n0 0 0 0 0\n1 0 0 0 0.5\n1 1 0 0.75 0.5\n0 1 0 0.75 0\n3 0 1 2\n3 0 2 3\n";
+  const StatedUv by_vertex = read_uv(ply);
+  EXPECT_EQ(by_vertex.texcoords.size(), 4u);
+  EXPECT_EQ(by_vertex.texcoords[by_vertex.face_texcoords[0][2]], (std::array{0.5, 0.75})) << "s is u";
+  EXPECT_EQ(by_vertex.face_texcoords[1], (Triangle{0, 2, 3}));
+}
+
 TEST_F(ReadUv, RefusesFormatsWithoutTextureCoordinates) {
   const auto ply = folder_.path() / "mesh.stl";
   std::filesystem::copy_file(in_, ply);
@@ -219,7 +249,7 @@ TEST_F(ReadUv, RefusesFormatsWithoutTextureCoordinates) {
     read_uv(ply);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_TRUE(contains(error.what(), "expected a model with texture coordinates, .obj, .glb or .gltf"));
+    EXPECT_TRUE(contains(error.what(), "expected a model with texture coordinates, .obj, .ply, .glb or .gltf"));
   }
 }
 

@@ -60,7 +60,7 @@ def _size(size, i):
 
 
 def read_uv(path):
-    """The texture coordinates of an OBJ, GLB or glTF, for the faces of read_mesh(): a Uv. Its uv is (F, 3, 2), NaN where a face has
+    """The texture coordinates of an OBJ, PLY, GLB or glTF, for the faces of read_mesh(): a Uv. Its uv is (F, 3, 2), NaN where a face has
     none; a size of (0, 0) is that of a page without a picture."""
     return Uv._of_core(_gpvc.MeshUv.of_file(os.fspath(path)))
 
