@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "error.h"
@@ -79,6 +80,11 @@ void write_image(const std::filesystem::path& file, const Image& image, ImageFor
 /// What a file's samples are by its header and tags alone, whose bands are an alpha's as well; nothing of BandSet that photos have
 /// in common. Throws InputError.
 BandSet read_band_set(const std::filesystem::path& file);
+
+/// What photos in memory have in common, by the rules for photos in files. \param composite names or numbers of the bands that are looked
+/// at; empty: by their names \param some samples of several photos, for the range. Throws InputError.
+BandSet band_set_of(std::vector<Band> bands, SampleType type, const std::vector<std::string>& composite,
+                    std::vector<float> some);
 
 /// What is looked at of samples: the composite's bands, black to white as 0 to 255. 3 channels. O(pixels).
 Image picture_of(const Samples& samples, const BandSet& bands);

@@ -40,6 +40,17 @@ std::optional<int> number_of_band(std::string_view stem) {
   return number && *number >= 1 && *number <= kMost ? number : std::nullopt;
 }
 
+/// DJI's Phantom 4 Multispectral counts all files: DJI_0010.JPG is in colour, DJI_0011.TIF to DJI_0015.TIF are the bands.
+constexpr const char* kPhantomBands[] = {"Blue", "Green", "Red", "Red edge", "NIR"};
+std::optional<int> phantom_band(std::string_view stem) {
+  constexpr std::string_view kBefore = "dji_";
+  constexpr std::size_t kDigits = 4;
+  if (stem.size() != kBefore.size() + kDigits || !stem.starts_with(kBefore) || !ends_in_digits(stem, kDigits))
+    return std::nullopt;
+  const int last = stem.back() - '0';
+  return last >= 1 && last <= 5 ? std::optional(last) : std::nullopt;
+}
+
 /// The band that a folder is named after: letters alone count.
 const Suffix* band_of_folder(const fs::path& folder) {
   std::string letters;
@@ -250,6 +261,8 @@ std::optional<BandFileName> band_file_name(const fs::path& file) {
       return BandFileName{stem.substr(0, stem.size() - suffix.text.size()), suffix.order, suffix.band};
   if (const auto number = number_of_band(stem); number)
     return BandFileName{stem.substr(0, stem.rfind('_')), *number, {}};
+  if (const auto band = phantom_band(stem); band)
+    return BandFileName{stem.substr(0, stem.size() - 1), *band, kPhantomBands[*band - 1]};
   if (const Suffix* folder = band_of_folder(folder_of(file))) return BandFileName{stem, folder->order, folder->band};
   return std::nullopt;
 }

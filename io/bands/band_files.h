@@ -18,7 +18,8 @@ struct BandFileName {
   std::string band;   ///< "NIR"; empty: the name has a number alone
 };
 
-/// Of TIFFs: NAME_GRE, _RED, _REG, _NIR (Parrot's Sequoia); NAME_MS_G, _MS_R, _MS_RE, _MS_NIR (DJI's Mavic 3 Multispectral); NAME0000_1 to _10 (MicaSense); files of one name in folders Blue, Green, Red, Red Edge, NIR (Sentera), with or without
+/// Of TIFFs: NAME_GRE, _RED, _REG, _NIR (Parrot's Sequoia); NAME_MS_G, _MS_R, _MS_RE, _MS_NIR (DJI's Mavic 3 Multispectral); DJI_0011 to DJI_0015 (its Phantom 4
+/// Multispectral); NAME0000_1 to _10 (MicaSense); files of one name in folders Blue, Green, Red, Red Edge, NIR (Sentera), with or without
 /// numbers behind that. nullopt for other names.
 std::optional<BandFileName> band_file_name(const std::filesystem::path& file);
 

@@ -299,6 +299,19 @@ void find_bands(SceneFile& scene, const std::vector<bool>& needed, const SceneOp
     throw InputError(scene.listing, "", "has photos in grey or RGB of 8 bits alone, which need no composite");
 }
 
+BandSet band_set_of(std::vector<Band> bands, SampleType type, const std::vector<std::string>& composite,
+                    std::vector<float> some) {
+  BandSet set;
+  set.type = type;
+  set.bands = std::move(bands);
+  make_unique(set.bands);
+  set.composite =
+      composite.empty() ? usual_composite(set.bands) : composite_of_names("composite", composite, set.bands);
+  set.radiometric = holds_quantities(set);
+  set_range(set, std::move(some), false);
+  return set;
+}
+
 BandSet read_band_set(const std::filesystem::path& file) {
   const PhotoHeader header = read_photo_header(file);
   BandSet set;

@@ -311,11 +311,17 @@ bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
   Source source(image.view);
   Layout l;
   const Tiff tiff = open_ours(image, source, l);
-  if (!tiff) return false;
+  // Other readers would take a complex number for one or two of another kind.
+  const bool is_complex = l.format == SAMPLEFORMAT_COMPLEXINT || l.format == SAMPLEFORMAT_COMPLEXIEEEFP;
+  if (!tiff && !is_complex) return false;
   header.format = "tiff";
   header.width = static_cast<int>(std::min<std::uint32_t>(l.width, std::numeric_limits<int>::max()));
   header.height = static_cast<int>(std::min<std::uint32_t>(l.height, std::numeric_limits<int>::max()));
   header.channels = l.channels;
+  if (is_complex) {
+    header.type_name = "complex numbers";
+    return true;
+  }
   header.bits = l.format == SAMPLEFORMAT_IEEEFP ? 0 : l.bits;
   header.alpha_channel = alpha_of(l);
   header.guesses_alpha = l.extra.empty();

@@ -6,7 +6,9 @@
 #include <numbers>
 #include <optional>
 
+#include "io/bands/band_range.h"
 #include "io/file_hashes.h"
+#include "io/images.h"
 #include "io/images/image_file.h"
 #include "io/lens/lens.h"
 #include "io/scenes/scene_file.h"
@@ -167,6 +169,42 @@ std::vector<View> fisheye_views(const View& view) {
   return views;
 }
 
+namespace {
+
+/// Photos of one lens. Those of more than 8 bits are looked at in the range of all of them: 12 bits in 16 would be dark all over,
+/// and a dark photo stretched by itself would be lit all over.
+class PhotosOfLens {
+ public:
+  explicit PhotosOfLens(const Camera& camera) : rings_(camera) {}
+
+  void add(const std::filesystem::path& file) {
+    if (read_photo_header(file).type == SampleType::u8) return rings_.add(read_image(file));
+    const BandSet set = read_band_set(file);
+    if (!set_) set_ = set;
+    if (set.type != set_->type || set.bands.size() != set_->bands.size()) return;  // which find_bands() refuses
+    StoredPhoto stored = read_stored(file, set.bands.size());
+    linear_light_ = stored.linear_light;
+    deep_.push_back({std::move(stored.samples), std::move(stored.without_data), linear_light_});
+    const std::vector<float> some = some_samples(deep_.back());
+    some_.insert(some_.end(), some.begin(), some.end());
+  }
+
+  double image_circle() {
+    if (set_) set_range(*set_, std::move(some_), linear_light_);
+    for (const BandPhoto& photo : deep_) rings_.add(composite_of(photo.samples, *set_, linear_light_, new_room));
+    return rings_.image_circle();
+  }
+
+ private:
+  Rings rings_;
+  std::vector<BandPhoto> deep_;
+  std::optional<BandSet> set_;
+  std::vector<float> some_;
+  bool linear_light_ = false;
+};
+
+}  // namespace
+
 std::vector<HashedPhoto> find_image_circles(std::vector<View>& views, const std::vector<bool>& needed) {
   std::vector<HashedPhoto> decoded;
   FileHashes hashes;
@@ -177,23 +215,23 @@ std::vector<HashedPhoto> find_image_circles(std::vector<View>& views, const std:
     for (std::size_t i = first; i < views.size(); ++i)
       if (!done[i] && !views[i].photo.empty() && is_same_lens(views[i].camera, views[first].camera)) same.push_back(i);
     constexpr std::size_t kPhotos = 3;
-    Rings rings(views[first].camera);
+    PhotosOfLens photos(views[first].camera);
     const std::size_t count = std::min(kPhotos, same.size());
     for (std::size_t n = 0; n < count; ++n)
       for (std::size_t at = n * same.size() / count; at < (n + 1) * same.size() / count; ++at) try {
           const std::filesystem::path& file = views[same[at]].photo;
           const WorkKey hash = hashes.unchanged(file).hash;
-          const Image photo = read_image(file);
+          photos.add(file);
           hashes.unchanged(file);  // throws where it has changed meanwhile
-          rings.add(photo);
           decoded.push_back({file, hash.bits});
           break;
         } catch (const InputError&) {
           if (needed[same[at]]) throw;
           views[same[at]].photo.clear();
         }
+    const double circle = photos.image_circle();
     for (const std::size_t i : same) {
-      views[i].camera.distortion.max_angle = rings.image_circle();
+      views[i].camera.distortion.max_angle = circle;
       done[i] = true;
     }
   }

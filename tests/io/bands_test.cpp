@@ -302,6 +302,35 @@ TEST(Bands, ThatDifferBetweenPhotosAreRefusedUnlessTheyAreColours) {
   EXPECT_TRUE(contains(input_error([&] { scene.read(); }), "holds samples of type"));
 }
 
+TEST(Bands, OfComplexNumbersAreRefused) {
+  const BandScene scene({"a.tif"});
+  scene.write("a.tif", spread(1, SampleType::f32, 0, 1));
+  const auto file = scene.read().views[0].photo;
+  std::string bytes = test::read_file(file);
+  // The tag of the sample format, of one number of 16 bits: floats become complex ones.
+  const std::size_t tag = bytes.find(std::string("\x53\x01\x03\x00\x01\x00\x00\x00\x03", 9));
+  ASSERT_NE(tag, std::string::npos);
+  for (const char format : {'\x05', '\x06'}) {
+    bytes[tag + 8] = format;
+    std::ofstream(file, std::ios::binary) << bytes;
+    EXPECT_TRUE(contains(input_error([&] { scene.read(); }), "a.tif (holds samples of type complex numbers; expected"));
+  }
+}
+
+TEST(Bands, OfPicturesInMemoryAreLookedAtAsThoseInFiles) {
+  std::vector<float> some;
+  for (int i = 0; i < 10000; ++i) some.push_back(static_cast<float>(29000 + i / 5));
+  const BandSet thermal = band_set_of({{"Thermal"}}, SampleType::u16, {}, some);
+  EXPECT_TRUE(thermal.radiometric);
+  EXPECT_NEAR(thermal.black, 28900, 5);
+  EXPECT_NEAR(thermal.white, 31100, 5);
+  const BandSet five =
+      band_set_of({{"Blue"}, {"Green"}, {"Red"}, {"Red"}, {"NIR"}}, SampleType::f32, {"NIR", "red", "2"}, {0.1f, 0.4f});
+  EXPECT_EQ(five.composite, (std::array<std::size_t, 3>{4, 2, 1}));
+  EXPECT_NE(five.bands[2].name, five.bands[3].name);
+  EXPECT_TRUE(contains(input_error([] { band_set_of({{"Red"}}, SampleType::u8, {"NIR"}, {}); }), "has no band 'NIR'"));
+}
+
 TEST(Bands, OfPicturesInMemoryAreCheckedAndPaintedOver) {
   Scene scene;
   View& view = scene.views.emplace_back();
@@ -348,6 +377,10 @@ TEST(BandFiles, AreTakenByTheirNames) {
   EXPECT_EQ(name("IMG_170607_0001_REG.TIF"), "img_170607_0001|4|Red edge");
   EXPECT_EQ(name("DJI_20230101_0001_MS_NIR.TIF"), "dji_20230101_0001|5|NIR");
   EXPECT_EQ(name("DJI_20230101_0001_MS_RE.TIF"), "dji_20230101_0001|4|Red edge");
+  EXPECT_EQ(name("DJI_0011.TIF"), "dji_001|1|Blue");
+  EXPECT_EQ(name("DJI_0025.TIF"), "dji_002|5|NIR");
+  EXPECT_EQ(name("DJI_0026.TIF"), "");
+  EXPECT_EQ(name("DJI_0020.JPG"), "") << "in colour";
   EXPECT_EQ(name("data/Red Edge/IMG_1.tif"), "img_1|4|Red edge");
   EXPECT_EQ(name("data/RGB/IMG_1.tif"), "");
 }

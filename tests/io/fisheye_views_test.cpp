@@ -213,6 +213,26 @@ TEST(FisheyeViews, EndWhereThePhotosGetDark) {
   EXPECT_TRUE(pixel_from_photo(scene.views[2].camera, {60 - 53, 60}));
 }
 
+// The same in 12 bits, of which the brightest are 1440 of 65535.
+TEST(FisheyeViews, EndWherePhotosOfMoreBitsGetDark) {
+  const FisheyeFolder files;
+  files.folder.write("images.txt", "1 1 0 0 0 0 0 0 1 a.tif\n\n2 1 0 0 0 1 0 0 1 b.tif\n\n");
+  BandSet set;
+  set.bands = {{"NIR"}};
+  for (const char* name : {"a.tif", "b.tif"}) {
+    Samples photo{120, 120, 1, SampleType::u16, std::vector<std::byte>(std::size_t{2} * 120 * 120)};
+    for (int y = 0; y < 120; ++y)
+      for (int x = 0; x < 120; ++x) {
+        const bool lit = name[0] == 'b' && std::hypot(x - 59.5, y - 59.5) < 55;
+        store_sample(photo.at(x, y), SampleType::u16, static_cast<float>((lit ? 1440 : 60) + (x + y) % 7));
+      }
+    write_samples(files.folder.path() / "images" / name, photo, set);
+  }
+  const Scene scene = read_scene(files.folder.path(), {});
+  for (const View& view : scene.views)
+    EXPECT_NEAR(view.camera.distortion.max_angle, 55 / 34.4 * 0.99, 0.5 / 34.4) << view.name;
+}
+
 TEST(FisheyeViews, OfASmallImageCircleEndThereAheadToo) {
   View small = circular();
   small.camera.fx = small.camera.fy = 300;
