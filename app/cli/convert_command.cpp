@@ -107,12 +107,19 @@ class Conversion {
       view.mask.clear();
       view.uses_alpha = false;
     }
-    io::PhotoCache photos(whole, 0);
+    io::PhotoCache photos(whole, 0), excluding(scene_, 0);
+    std::size_t left_behind = 0;
     for (std::size_t i = 0; i < used_.size(); ++i) {
       record_.progress(i, used_.size());
       write_photo(i, photos);
-      write_mask(i);
+      write_mask(i, excluding);
+      left_behind += copies_photos() ? copy_bands(i) : 0;
     }
+    if (left_behind > 0)
+      record_.warning(fmt::format(
+          "{} files of bands lie in other folders than their photos, or these got other names: they are not "
+          "copied",
+          left_behind));
     record_.end(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
 
     for (const fs::path& listing : io::listing_files(options_.target, places_)) folder_.file(listing);
@@ -187,7 +194,9 @@ class Conversion {
     std::set<fs::path> taken;
     std::vector<fs::path> masks;
     for (std::size_t i = 0; i < used_.size(); ++i) {
-      const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank;
+      // What is decoded loses what its file says of pixels without data.
+      const bool may_lack_data = scene_.bands && !copies_photos();
+      const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank || may_lack_data;
       masks_.push_back(masked && writer_.mask_place != nullptr ? std::optional(writer_.mask_place(places_[i]))
                                                                : std::nullopt);
       if (!masks_.back()) continue;
@@ -255,13 +264,28 @@ class Conversion {
       io::write_image(file, *photo, format, options_.quality, profile);
   }
 
-  void write_mask(std::size_t i) {
+  /// The other bands of a photo, beside it under their own names, by which they are found again. Returns how many cannot be.
+  std::size_t copy_bands(std::size_t i) {
+    const View& view = view_of(scene_, used_[i]);
+    const bool keeps_name = places_[i].filename() == view.photo.filename();
+    std::size_t left = 0;
+    for (const fs::path& band : view.band_files) {
+      if (band == view.photo) continue;
+      if (keeps_name && band.parent_path() == view.photo.parent_path())
+        io::copy_file(band, folder_.file(places_[i].parent_path() / band.filename()));
+      else
+        ++left;
+    }
+    return left;
+  }
+
+  void write_mask(std::size_t i, io::PhotoSource& excluding) {
     const View& view = view_of(scene_, used_[i]);
     if (!masks_[i]) return;
     // Masks are written as PNG without alpha, which other programs ignore.
     const bool unchanged = copies_photos() && io::has_plain_mask(view);
     if (unchanged) return io::copy_file(view.mask, folder_.file(*masks_[i]));
-    const std::optional<io::PhotoExclusion> exclusion = io::read_exclusion(view);
+    const auto exclusion = excluding.exclusion(used_[i]);
     if (!exclusion && !options_.undistort) return;
     const Image mask = options_.undistort
                            ? pipeline::undistort_mask(exclusion ? &*exclusion : nullptr, view.camera, frames_[i].window)

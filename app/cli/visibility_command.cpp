@@ -106,12 +106,12 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
   for (const ViewId id : in.used) name_width = std::max(name_width, in.scene.views[index(id)].name.size());
   record.console.result(table_head(name_width));
   Totals all;
+  io::PhotoCache photos(in.scene);  // knows what masks exclude, and pixels without data
   visibility::ViewVisibility seen;
   for (std::size_t n = 0; n < in.used.size(); ++n) {
     record.progress(n, in.used.size());
     const View& view = in.scene.views[index(in.used[n])];
-    const std::optional<io::PhotoExclusion> excluded = io::read_exclusion(view);
-    visibility.classify(view, in.used[n], excluded ? &*excluded : nullptr, seen);
+    visibility.classify(view, in.used[n], photos.exclusion(in.used[n]).get(), seen);
     write_view(in, view, seen, options.ivm, folder);
     Totals one;
     one.add(seen);

@@ -52,6 +52,28 @@ struct SmallProject {
   int downscale = 1;
 };
 
+TEST(Convert, CopiesAllFilesOfAPhotosBands) {
+  SmallProject project;
+  project.folder.write("colmap/images.txt", "1 1 0 0 0 0 0 0 1 IMG_0001_1.tif\n\n2 1 0 0 0 1 0 0 1 IMG_0002_1.tif\n\n");
+  Samples samples{40, 30, 1, SampleType::u16, std::vector<std::byte>(2 * 40 * 30)};
+  BandSet set;
+  set.bands = {{"Blue"}};
+  for (const char* photo : {"IMG_0001", "IMG_0002"})
+    for (int band = 1; band <= 3; ++band) {
+      for (int pixel = 0; pixel < 40 * 30; ++pixel)
+        store_sample(samples.bytes.data() + 2 * pixel, SampleType::u16, static_cast<float>(700 * band + pixel));
+      io::write_samples(project.folder.path() / "images" / (std::string(photo) + "_" + std::to_string(band) + ".tif"),
+                        samples, set);
+    }
+  EXPECT_EQ(project.convert(io::SceneTarget::colmap, false, "out"), "");
+  for (const char* file : {"IMG_0001_3.tif", "IMG_0002_2.tif"})
+    EXPECT_EQ(test::read_file(project.folder.path() / "out" / "images" / file),
+              test::read_file(project.folder.path() / "images" / file));
+  const Scene scene = io::read_scene(project.folder.path() / "out", {});
+  ASSERT_TRUE(scene.bands);
+  EXPECT_EQ(scene.bands->bands.size(), 3u);
+}
+
 TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {
   SmallProject project;
   EXPECT_EQ(project.convert(io::SceneTarget::colmap, true, "for colmap"), "");
