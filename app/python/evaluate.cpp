@@ -26,7 +26,9 @@ struct EvaluateRequest {
 
 // Of a result in memory. Its pages are borrowed.
 io::LoadedModel loaded(const std::shared_ptr<const TextureResult>& result) {
-  io::LoadedModel model{result->mesh, result->textured.atlas.model, {}, {}};
+  io::LoadedModel model;
+  model.mesh = result->mesh;
+  model.model = result->textured.atlas.model;
   for (const Image& page : result->textured.atlas.pages)
     model.pages.push_back({page.width, page.height, page.channels, Pixels::borrowed(page.pixels, result)});
   return model;

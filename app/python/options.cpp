@@ -24,10 +24,10 @@ using pipeline::OptionInfo;
 using visibility::Method;
 using Color = std::array<std::uint8_t, 3>;
 
-// What a call leaves in an output folder for later commands is none of a module that returns its result, whose photos are RGB.
+// What a call leaves in an output folder for later commands is none of a module that returns its result.
 bool is_offered(const OptionInfo& info) {
   const std::string_view name = info.name;
-  return info.group != nullptr && name != "resume" && name != "editable" && name != "band-gains";
+  return info.group != nullptr && name != "resume" && name != "editable";
 }
 
 std::string argument_name(const OptionInfo& info) {

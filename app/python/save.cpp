@@ -68,10 +68,23 @@ struct Writer {
     return files;
   }
 
+  // Beside the pages, where photos have bands.
+  std::vector<fs::path> write_samples(const std::vector<io::PageFile>& pages) const {
+    const std::vector<atlas::PageSamples>& samples = result.textured.atlas.samples;
+    std::vector<fs::path> files;
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+      run.observer.check_cancelled();
+      files.push_back(pipeline::samples_of(pages[n].file));
+      io::write_samples(files.back(), samples[n].samples, *result.scene.bands, samples[n].charts);
+    }
+    return files;
+  }
+
   std::vector<fs::path> write_obj(const fs::path& stem) const {
     std::vector<fs::path> written;
     const std::vector<io::PageFile> pages = write_pages(stem);
     for (const io::PageFile& page : pages) written.push_back(page.file.filename());
+    for (const fs::path& samples : write_samples(pages)) written.push_back(samples.filename());
     const fs::path folder = stem.parent_path();
     if (pipeline::has_offset(options)) {
       pipeline::write_offset(options, folder / pipeline::kOffsetFile);

@@ -21,8 +21,23 @@ namespace {
 namespace fs = std::filesystem;
 using Array = py::array_t<double, py::array::c_style>;
 
-io::Picture picture_from(const py::object& pictures, std::uint32_t view) {
+Samples samples_from(const py::array& array, const BandSet& bands) {
+  Samples samples{
+      static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), bands.bands.size(), bands.type, {}};
+  const auto* bytes = static_cast<const std::byte*>(array.data());
+  samples.bytes.assign(bytes, bytes + array.nbytes());
+  return samples;
+}
+
+io::Picture picture_from(const py::object& pictures, std::uint32_t view, const std::optional<BandSet>& bands) {
   const auto made = pictures.attr("picture")(view).cast<py::tuple>();
+  if (bands) {
+    Samples samples = samples_from(made[0].cast<py::array>(), *bands);
+    std::optional<io::PhotoExclusion> excluded = exclusion_from(made[1]);
+    const py::gil_scoped_release unlocked;
+    Image image = io::picture_of(samples, *bands);
+    return {std::move(image), std::move(excluded), std::move(samples)};
+  }
   const auto rgb = made[0].cast<py::array_t<std::uint8_t>>();
   const auto height = static_cast<int>(rgb.shape(0)), width = static_cast<int>(rgb.shape(1));
   const std::span<const std::uint8_t> bytes(rgb.data(), static_cast<std::size_t>(rgb.size()));
@@ -33,19 +48,21 @@ io::Picture picture_from(const py::object& pictures, std::uint32_t view) {
 // task that waits for the picture.
 class PictureLoader {
  public:
-  PictureLoader(std::shared_ptr<const py::object> pictures, std::vector<std::uint32_t> numbers)
-      : pictures_(std::move(pictures)), numbers_(std::move(numbers)) {}
+  PictureLoader(std::shared_ptr<const py::object> pictures, std::vector<std::uint32_t> numbers,
+                std::optional<BandSet> bands)
+      : pictures_(std::move(pictures)), numbers_(std::move(numbers)), bands_(std::move(bands)) {}
   io::Picture operator()(ViewId view) const {
     const std::size_t number = index(view);
     return tbb::this_task_arena::isolate([&] {
       const py::gil_scoped_acquire lock;
-      return picture_from(*pictures_, numbers_.empty() ? static_cast<std::uint32_t>(number) : numbers_[number]);
+      return picture_from(*pictures_, numbers_.empty() ? static_cast<std::uint32_t>(number) : numbers_[number], bands_);
     });
   }
 
  private:
   std::shared_ptr<const py::object> pictures_;
   std::vector<std::uint32_t> numbers_;
+  std::optional<BandSet> bands_;
 };
 
 Distortion lens_from(const std::string& model, const py::dict& terms) {
@@ -119,19 +136,12 @@ PhotoScene read(const std::string& source, const py::dict& options) {
   reader.skip_bad_photos = options["skip_bad_photos"].cast<bool>();
   reader.downscale = options["downscale"].cast<int>();
   reader.allow_missing_photos = options["allow_missing_photos"].cast<bool>();
-  reader.bands_by_name = false;
+  reader.bands_by_name = options["bands_by_name"].cast<bool>();
+  for (const auto& [name, folder] : options["bands"].cast<std::vector<std::pair<std::string, std::string>>>())
+    reader.bands.push_back({name, folder});
+  reader.composite = options["composite"].cast<std::vector<std::string>>();
   const auto scene = std::make_shared<Scene>();
-  Worker().call(
-      [=] {
-        *scene = io::read_scene(source, reader);
-        if (!scene->bands) return;
-        // Results are pages of 8 bits.
-        scene->bands.reset();
-        scene->band_places.clear();
-        for (View& view : scene->views) view.band_files.clear();
-        scene->warnings.emplace_back("the photos have more than RGB of 8 bits, and are taken as that");
-      },
-      cancel_flag());
+  Worker().call([=] { *scene = io::read_scene(source, reader); }, cancel_flag());
   return {scene, shared_object(py::none())};
 }
 
@@ -196,7 +206,7 @@ std::optional<io::PhotoExclusion> exclusion_from(const py::object& excluded) {
 
 std::unique_ptr<io::PhotoSource> PhotoScene::photos(const Scene& views, std::vector<std::uint32_t> numbers) const {
   if (pictures->is_none()) return std::make_unique<io::PhotoCache>(views);
-  return std::make_unique<io::CallbackSource>(views, PictureLoader(pictures, std::move(numbers)));
+  return std::make_unique<io::CallbackSource>(views, PictureLoader(pictures, std::move(numbers), views.bands));
 }
 
 void bind_scene(py::module_& module) {
@@ -215,13 +225,34 @@ void bind_scene(py::module_& module) {
            [](const PhotoScene& scene, py::object pictures) {
              // Photos are those of `pictures` alone, whose masks count.
              auto bare = std::make_shared<Scene>(*scene.scene);
+             bare->bands.reset();
+             bare->band_places.clear();
              for (View& view : bare->views) {
                view.photo = view.mask = fs::path{};
+               view.band_files.clear();
                view.uses_alpha = false;
                view.reduction = 1;
              }
              return PhotoScene{std::move(bare), shared_object(std::move(pictures))};
            })
+      .def("with_bands",
+           [](const PhotoScene& scene, const std::vector<std::string>& names, const std::string& type,
+              const std::vector<std::string>& composite, const py::array_t<float, py::array::c_style>& some) {
+             auto with = std::make_shared<Scene>(*scene.scene);
+             std::vector<Band> bands;
+             for (const std::string& name : names) bands.push_back({name});
+             const auto* named = std::ranges::find_if(kSampleTypeNames, [&](const auto& n) { return type == n.name; });
+             with->bands =
+                 io::band_set_of(std::move(bands), named->value, composite, {some.data(), some.data() + some.size()});
+             return PhotoScene{std::move(with), scene.pictures};
+           })
+      .def_property_readonly("bands",
+                             [](const PhotoScene& scene) {
+                               std::vector<std::string> names;
+                               if (scene.scene->bands)
+                                 for (const Band& band : scene.scene->bands->bands) names.push_back(band.name);
+                               return names;
+                             })
       .def("views",
            [](const PhotoScene& scene) {
              py::list views;

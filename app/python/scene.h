@@ -16,7 +16,8 @@ namespace gpvc::python {
 struct PhotoScene {
   std::shared_ptr<const Scene> scene;
   /// Has picture(i) -> (rgb, excluded) of view i: (H, W, 3) uint8, C-contiguous, of the camera's size, and (H, W) bool, true for
-  /// pixels that must not be used, or None; and excluded(i), the latter alone. None: photos are in files.
+  /// pixels that must not be used, or None; and excluded(i), the latter alone. Of a scene with bands rgb is (H, W, bands), in their type.
+  /// None: photos are in files.
   std::shared_ptr<const py::object> pictures;
 
   /// \param views the scene's or some of them, borrowed; with `numbers`, the scene's numbers of its views

@@ -54,10 +54,27 @@ void run(const TextureRequest& request, RunObserver& observer) {
   result.report = evaluate::json_text(report);
 }
 
+// (faces, views, allow, name): ascending face numbers, numbers of views.
+using Rule = std::tuple<std::vector<std::uint32_t>, std::vector<std::uint32_t>, bool, std::string>;
+
+pipeline::ViewRule rule_from(const Rule& stated) {
+  const auto& [faces, views, allow, name] = stated;
+  io::FaceRegion region;
+  for (const std::uint32_t face : faces) {
+    if (region.ranges.empty() || region.ranges.back()[1] + 1 != face)
+      region.ranges.push_back({face, face});
+    else
+      region.ranges.back()[1] = face;
+  }
+  pipeline::ViewRule rule{std::move(region), allow, {}, name};
+  for (const std::uint32_t view : views) rule.views.push_back(ViewId{view});
+  return rule;
+}
+
 Result texture(const PhotoScene& photos, const py::array_t<double, py::array::c_style>& vertices,
                const py::array_t<std::uint32_t, py::array::c_style>& faces, const std::vector<std::uint32_t>& views,
                const py::dict& options, const std::string& mesh_crs, int threads, int device,
-               std::shared_ptr<const MeshUv> uv, py::object progress) {
+               std::shared_ptr<const MeshUv> uv, const std::vector<Rule>& rules, py::object progress) {
   std::vector<ViewId> used;
   for (const std::uint32_t view : views) used.push_back(ViewId{view});
   TextureRequest request{photos,
@@ -68,6 +85,7 @@ Result texture(const PhotoScene& photos, const py::array_t<double, py::array::c_
                          std::move(uv),
                          options.contains("page_size")};
   request.result->settings.device = device;
+  for (const Rule& rule : rules) request.result->settings.view_rules.push_back(rule_from(rule));
   const CancelFlag cancelled = cancel_flag();
   const auto observer = std::make_shared<RunObserver>(cancelled, std::move(progress));
   Worker().call([=] { run(request, *observer); }, cancelled);
@@ -97,6 +115,24 @@ py::list pages(const Result& result) {
   return all;
 }
 
+template <typename Sample>
+py::object samples_array(const Samples& samples, const Result& keeper) {
+  return read_only_array(reinterpret_cast<const Sample*>(samples.bytes.data()),
+                         {samples.height, samples.width, static_cast<py::ssize_t>(samples.bands)}, keeper);
+}
+
+// None where photos have no bands.
+py::list samples(const Result& result) {
+  py::list all;
+  for (const atlas::PageSamples& page : result->textured.atlas.samples) {
+    const Samples& samples = page.samples;
+    all.append(samples.type == SampleType::u8    ? samples_array<std::uint8_t>(samples, result)
+               : samples.type == SampleType::u16 ? samples_array<std::uint16_t>(samples, result)
+                                                 : samples_array<float>(samples, result));
+  }
+  return all;
+}
+
 template <typename To, typename From>
 py::array_t<To> per_face(const std::vector<From>& values) {
   py::array_t<To> array(static_cast<py::ssize_t>(values.size()));
@@ -123,6 +159,7 @@ void bind_texture(py::module_& module) {
       .def("page",
            [](const TextureResult& result) { return per_face<std::int32_t>(result.textured.atlas.model.face_page); })
       .def("pages", &pages)
+      .def("samples", &samples)
       .def("page_names",
            [](const TextureResult& result) {
              py::list names;

@@ -47,6 +47,7 @@ class ViewClasses {
         [stage = stage_, observer, mesh_crs, device, settings = visibility_options_from(options)] {
           checks::prepare(stage->scene, stage->mesh, all_views(stage->scene), {TextureResult::kMeshName, mesh_crs},
                           *observer);
+          stage->photos = std::make_unique<io::PhotoCache>(stage->scene);
           stage->device = visibility::find_device(settings, device);
           stage->visibility.emplace(stage->mesh, settings, stage->device.get());
         },
@@ -82,6 +83,7 @@ class ViewClasses {
   struct Stage {
     Scene scene;
     Mesh mesh;
+    std::unique_ptr<io::PhotoSource> photos;  // of files, for what they exclude
     std::unique_ptr<visibility::GraphicsDevice> device;
     std::optional<visibility::VisibilityStage> visibility;
     void end() {
@@ -98,8 +100,8 @@ class ViewClasses {
     worker_.call(
         [=, stage = stage_]() mutable {
           const View& view = stage->scene.views.at(number);
-          if (in_files) excluded = io::read_exclusion(view);
-          stage->visibility->classify(view, ViewId{number}, excluded ? &*excluded : nullptr, *seen);
+          const auto in_file = in_files ? stage->photos->exclusion(ViewId{number}) : nullptr;
+          stage->visibility->classify(view, ViewId{number}, excluded ? &*excluded : in_file.get(), *seen);
         },
         cancel_flag());
     return seen;

@@ -14,6 +14,9 @@ Conventions, of all functions:
   gives one of these. Alphas of 0 exclude pixels. A C-contiguous (H, W, 3) array of uint8 is used where it lies and must not change
   during a call. A function is called from several threads, for one index by one at a time, and again only where its image was
   needed later and did not fit into memory meanwhile.
+- `bands`, a list of names, says that images are (H, W, len(bands)) of uint8, uint16 or float32 whose samples are kept as they are:
+  Result.samples has them beside the pages, which show a composite of 8 bits (`composite`: the names of red, green and blue, or of a grey
+  one). NaN excludes a pixel. Up to eight images are asked for beforehand, for the composite's range.
 - `masks` likewise, (H, W): what is False, black or darker than half is not used.
 - In the place of `images`, with neither K nor camera_from_world: a Scene, the path of one in any format that `gpvc` reads, or an
   object with pycolmap's attributes (Reconstruction).
@@ -73,11 +76,17 @@ class Scene:
         """The reference system of the coordinates as the scene states it; empty where it states none."""
         return self._core.srs
 
-    def with_images(self, images, masks=None):
-        """The same cameras with other photos, one for each of `views`, each of its view's size: see `images` and `masks` of the
-        module."""
-        pictures = _pictures_for(images, masks, [(view.width, view.height) for view in self.views])
-        return Scene(self._core.with_pictures(pictures), self._files)
+    @property
+    def bands(self):
+        """Names of the bands of the photos; empty where they are RGB or grey of 8 bits."""
+        return self._core.bands
+
+    def with_images(self, images, masks=None, bands=None, composite=None):
+        """The same cameras with other photos, one for each of `views`, each of its view's size: see `images`, `masks` and `bands` of
+        the module."""
+        names = _band_names(bands, composite)
+        pictures = _pictures_for(images, masks, [(view.width, view.height) for view in self.views], len(names))
+        return Scene(_with_bands(self._core.with_pictures(pictures), pictures, names, composite), self._files)
 
     def __repr__(self):
         return f"<gpvc.Scene: {len(self.views)} views, {self.format}>"
@@ -107,13 +116,17 @@ class Result:
     page: (F,) int32, index into `pages`; -1 for a face without texture.
     pages: list of (H, W, 3) uint8, read-only.
     page_names: what follows the model's name in the names of their files: "_0", or, with uv=, "_NAME", ".1001" and the like.
+    samples: list of (H, W, bands) of the photos' own type, read-only, of the same texels as `pages`; 0 beside the charts. Empty where
+        photos have no bands.
+    bands: their names.
     labels: (F,) int32, the view that the face shows; -1: none.
     tags: (F,) uint8: 0 seen whole, 1 seen in parts, 2 filled from around it, 3 most photos show background in its place.
     report: dict of what the run says: "stages" with seconds and memory, "counts", "notes", "warnings", "device".
     """
 
-    def __init__(self, core):
+    def __init__(self, core, bands):
         self._core = core
+        self.samples, self.bands = core.samples(), list(bands)
         self.uv, self.page, self.pages = core.uv(), core.page(), core.pages()
         self.page_names = core.page_names()
         self.labels, self.tags = core.labels(), core.tags()
@@ -121,7 +134,7 @@ class Result:
 
     def save(self, path):
         """Writes the model, with the bytes that `gpvc texture` writes: NAME.glb; NAME.gltf with its parts; NAME.obj with NAME.mtl
-        and its pages; or, of a path without such an ending, a new folder with all of it and a preview. Files appear when all are
+        and its pages, with a .tif of all bands beside each where there are any; or, of a path without such an ending, a new folder with all of it and a preview. Files appear when all are
         complete."""
         path = _path(path, "path")
         ending = os.path.splitext(path)[1]
@@ -177,14 +190,35 @@ def _sequence(values, name, count):
     return listed
 
 
-def _pictures_for(images, masks, sizes):
+def _band_names(bands, composite):
+    for name, value in (("bands", bands), ("composite", composite)):
+        if isinstance(value, str) or (value is not None and not all(isinstance(band, str) for band in value)):
+            raise TypeError(f"{name}: expected a list of names")
+    names = list(bands or ())
+    if bands is not None and not 1 <= len(names) <= 32:
+        raise ValueError(f"bands has {len(names)} names, expected 1 to 32")
+    if len(set(names)) < len(names):
+        raise ValueError("bands: expected names that differ")
+    if composite is not None and bands is None:
+        raise ValueError("composite: expected bands, too")
+    return names
+
+
+def _with_bands(core, pictures, names, composite):
+    if not names:
+        return core
+    kind, some = pictures.type_and_some()
+    return core.with_bands(names, kind, list(composite or ()), some)
+
+
+def _pictures_for(images, masks, sizes, bands=0):
     images = _sequence(images, "images", len(sizes))
     masks = None if masks is None else _sequence(masks, "masks", len(sizes))
     for i, (width, height) in enumerate(sizes if not callable(images) else ()):
-        size = _pictures.size_of(images[i], f"images[{i}]")
+        size = _pictures.size_of(images[i], f"images[{i}]", bands)
         if size != (width, height):
             raise ValueError(f"images[{i}] is {size[0]} x {size[1]} pixels, expected {width} x {height}, the size of its camera")
-    return _pictures.Pictures(images, masks, [tuple(size) for size in sizes])
+    return _pictures.Pictures(images, masks, [tuple(size) for size in sizes], bands)
 
 
 def _names(images, count):
@@ -202,7 +236,7 @@ def _names(images, count):
     return names
 
 
-def _sizes(images, image_size, count):
+def _sizes(images, image_size, count, bands):
     if image_size is not None:
         sizes = np.asarray(image_size)
         if sizes.dtype.kind not in "iu" or sizes.shape not in ((2,), (count, 2)) or (sizes < 1).any():
@@ -211,7 +245,7 @@ def _sizes(images, image_size, count):
     if images is None:
         raise ValueError("image_size: expected (width, height), as there are no images")
     if not callable(images):
-        return [_pictures.size_of(image, f"images[{i}]") for i, image in enumerate(images)]
+        return [_pictures.size_of(image, f"images[{i}]", bands) for i, image in enumerate(images)]
     return None
 
 
@@ -229,9 +263,12 @@ class _First:
         return self.images(i)
 
 
-def _scene(images, K, camera_from_world, distortion, masks, image_size=None):
+def _scene(images, K, camera_from_world, distortion, masks, image_size=None, bands=None, composite=None):
     """The Scene of the arguments that all functions share."""
+    names = _band_names(bands, composite)
     if isinstance(images, Scene) or _pictures.is_path(images) or _cameras.is_reconstruction(images):
+        if bands is not None:
+            raise ValueError("bands: a scene has its own; read_scene(bands=...) or Scene.with_images() take others")
         given = {"K": K, "camera_from_world": camera_from_world, "distortion": distortion, "image_size": image_size}
         for name, value in given.items():
             if value is not None:
@@ -249,25 +286,25 @@ def _scene(images, K, camera_from_world, distortion, masks, image_size=None):
     intrinsics = _cameras.intrinsics(K, count)
     lenses = _cameras.lenses(distortion, count)
     masks = None if masks is None else _sequence(masks, "masks", count)
-    sizes = _sizes(images, image_size, count)
+    sizes = _sizes(images, image_size, count, len(names))
     if sizes is None:
         images = _First(images)
-        sizes = [_pictures.size_of(images.first, "images(0)")] * count
+        sizes = [_pictures.size_of(images.first, "images(0)", len(names))] * count
     in_files = images is not None and not callable(images) and all(_pictures.is_path(image) for image in images)
     masks_in_files = masks is None or (not callable(masks) and all(m is None or _pictures.is_path(m) for m in masks))
-    if in_files and masks_in_files:
+    if in_files and masks_in_files and not names:
         paths, mask_paths, pictures = images, masks or [None] * count, None
     else:
         paths, mask_paths = [None] * count, [None] * count
-        pictures = _pictures.Pictures(images, masks, sizes)
+        pictures = _pictures.Pictures(images, masks, sizes, len(names))
         if images is not None and not callable(images):
-            pictures = _pictures_for(images, masks, sizes)
+            pictures = _pictures_for(images, masks, sizes, len(names))
     texts = [["" if p is None else _path(p, name) for p in given] for name, given in (("images", paths), ("masks", mask_paths))]
     core = _gpvc.Scene.of_cameras(
         _names(images, count), texts[0], texts[1], np.array(sizes, dtype=np.int32), intrinsics, lenses, rotations, translations,
         pictures,
     )
-    return Scene(core)
+    return Scene(_with_bands(core, pictures, names, composite))
 
 
 def _chosen(views, scene):
@@ -291,13 +328,39 @@ def _chosen(views, scene):
     return sorted(chosen)
 
 
+def _rules(pairs, name, faces, scene):
+    """(faces, views) as the module takes them."""
+    rules = []
+    for i, pair in enumerate(pairs or ()):
+        try:
+            which, views = pair
+        except (TypeError, ValueError):
+            raise ValueError(f"{name}[{i}]: expected a pair, (faces, views)") from None
+        which = np.asarray(which)
+        if which.dtype == bool:
+            if which.shape != (faces,):
+                raise ValueError(f"{name}[{i}]: its faces have shape {which.shape}, expected ({faces},) or numbers of faces")
+            which = np.flatnonzero(which)
+        if which.ndim != 1 or which.dtype.kind not in "iu" or len(which) == 0:
+            raise ValueError(f"{name}[{i}]: expected (F,) bool or numbers of faces, at least one")
+        if which.min() < 0 or which.max() >= faces:
+            wrong = which.min() if which.min() < 0 else which.max()
+            raise ValueError(f"{name}[{i}]: there is no face {wrong}, expected 0 to {faces - 1}")
+        try:
+            chosen = _chosen(views, scene) if len(views) or name == "forbid" else []
+        except ValueError as error:
+            raise ValueError(f"{name}[{i}]: {error}") from None
+        rules.append((np.unique(which).tolist(), chosen, name == "allow", f"{name}[{i}]"))
+    return rules
+
+
 def _count(value, name, least):
     if isinstance(value, bool) or int(value) != value or value < least:
         raise ValueError(f"{name}={value!r}: expected a whole number from {least} on")
     return int(value)
 
 
-def read_scene(source, images=None, masks=None, use_masks=True, downscale=1, skip_bad_photos=False):
+def read_scene(source, images=None, masks=None, use_masks=True, downscale=1, skip_bad_photos=False, bands=None, composite=None):
     """Reads cameras and photos from a file or folder of any format that `gpvc` reads (COLMAP, OpenSfM, Metashape, nerfstudio and
     others), or from an object with pycolmap's attributes: `cameras` (model, width, height, params) and `images` (name, camera_id,
     cam_from_world with rotation and translation, each an attribute or a function).
@@ -305,6 +368,9 @@ def read_scene(source, images=None, masks=None, use_masks=True, downscale=1, ski
     images: folder of the photos, at any depth, where the scene does not say where they are.
     masks: folder of masks, black where pixels must not be used. use_masks=False ignores masks and alpha channels.
     downscale: photos are reduced by this factor, 1 to 64.
+    bands: a dict of folders that hold one band each, by its name; False: each photo's file holds all of its bands. Else files of
+        bands are found by their cameras' names.
+    composite: names or numbers (from 1 on) of the bands that are looked at as red, green and blue, or of a grey one.
     skip_bad_photos: leave out photos that are missing, damaged or of another shape; decodes all beforehand.
     """
     if not 1 <= _count(downscale, "downscale", 1) <= 64:
@@ -313,7 +379,9 @@ def read_scene(source, images=None, masks=None, use_masks=True, downscale=1, ski
         "images": None if images is None else _path(images, "images"),
         "masks": None if masks is None else _path(masks, "masks"),
         "use_masks": bool(use_masks), "downscale": int(downscale), "skip_bad_photos": bool(skip_bad_photos),
-        "allow_missing_photos": False,
+        "allow_missing_photos": False, "bands_by_name": bands is not False,
+        "bands": [(str(name), _path(folder, f"bands[{name!r}]")) for name, folder in dict(bands or {}).items()],
+        "composite": [str(band) for band in composite or ()],
     }
     folder = None
     if _cameras.is_reconstruction(source):
@@ -332,15 +400,18 @@ def read_mesh(path):
 
 
 def texture(vertices, faces, images, K=None, camera_from_world=None, distortion=None, masks=None, *, image_size=None, views=None,
-            uv=None, mesh_crs=None, progress=None, threads=0, device=None, **options):
+            bands=None, composite=None, uv=None, allow=None, forbid=None, mesh_crs=None, progress=None, threads=0, device=None, **options):
     """Textures a mesh from calibrated photos. Returns a Result, whose save() writes GLB or OBJ.
 
     vertices, faces, images, K, camera_from_world, distortion, masks: see the module. Without K and camera_from_world, `images` is a
         Scene, its path, or an object with pycolmap's attributes.
     image_size: (width, height) or (N, 2), pixels, where `images` is a function; without it, all are as large as the first.
     views: indices or names of the views to texture from; the others are left out.
+    bands, composite: names of the bands of arrays, see the module. Photos in files say what they hold.
     uv: texture coordinates that the mesh has, to be kept: (F, 3, 2), (V, 2), a Uv, or read_uv(model). Pages are then as large as a Uv
         says, or, where page_size is given, as that. Without, charts and pages are made.
+    allow, forbid: lists of pairs (faces, views): these faces, numbers or (F,) bool, take texture from these views, indices or names,
+        alone, or from all but these.
     mesh_crs: reference system of the vertices ("EPSG:25832") if it is not the cameras'.
     threads: processors to use at most; 0: all. Results do not depend on it.
     device: number of the OpenGL device to draw on; None: graphics hardware where there is some, else the processor.
@@ -355,12 +426,13 @@ def texture(vertices, faces, images, K=None, camera_from_world=None, distortion=
     table = _gpvc.texture_options()
     options = _options.checked("texture", options, table)
     positions, triangles = _mesh(vertices, faces)
-    scene = _scene(images, K, camera_from_world, distortion, masks, image_size)
+    scene = _scene(images, K, camera_from_world, distortion, masks, image_size, bands, composite)
+    rules = [rule for name, pairs in (("allow", allow), ("forbid", forbid)) for rule in _rules(pairs, name, len(triangles), scene)]
     with _Progress(progress) as call:
         result = Result(_gpvc.texture(
             scene._core, positions, triangles, _chosen(views, scene), options, mesh_crs or "", _count(threads, "threads", 0),
             -1 if device is None else _count(device, "device", 0),
-            _uv.core_of(uv, triangles, len(positions)), call))
+            _uv.core_of(uv, triangles, len(positions)), rules, call), scene.bands)
     _warn(result.report["warnings"])
     return result
 

@@ -47,7 +47,15 @@ class Scene:
     def format(self) -> str: ...
     @property
     def srs(self) -> str: ...
-    def with_images(self, images: _Pictures, masks: _Masks | None = None) -> Scene: ...
+    @property
+    def bands(self) -> list[str]: ...
+    def with_images(
+        self,
+        images: _Pictures,
+        masks: _Masks | None = None,
+        bands: Sequence[str] | None = None,
+        composite: Sequence[str] | None = None,
+    ) -> Scene: ...
 
 class Mesh(NamedTuple):
     vertices: npt.NDArray[np.float64]
@@ -77,6 +85,8 @@ class Result:
     page: npt.NDArray[np.int32]
     pages: list[npt.NDArray[np.uint8]]
     page_names: list[str]
+    samples: list[npt.NDArray[Any]]
+    bands: list[str]
     labels: npt.NDArray[np.int32]
     tags: npt.NDArray[np.uint8]
     report: dict[str, Any]
@@ -89,6 +99,8 @@ def read_scene(
     use_masks: bool = True,
     downscale: int = 1,
     skip_bad_photos: bool = False,
+    bands: Mapping[str, _Path] | bool | None = None,
+    composite: Sequence[str | int] | None = None,
 ) -> Scene: ...
 def read_mesh(path: _Path) -> Mesh: ...
 def read_uv(path: _Path) -> Uv: ...
@@ -103,7 +115,11 @@ def texture(
     *,
     image_size: _Size | None = None,
     views: Sequence[int | str] | None = None,
+    bands: Sequence[str] | None = None,
+    composite: Sequence[str] | None = None,
     uv: npt.ArrayLike | Uv | None = None,
+    allow: Sequence[tuple[npt.ArrayLike, Sequence[int | str]]] | None = None,
+    forbid: Sequence[tuple[npt.ArrayLike, Sequence[int | str]]] | None = None,
     mesh_crs: str | None = None,
     progress: _Progress | None = None,
     threads: int = 0,
