@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <numeric>
 #include <vector>
 
@@ -145,7 +146,7 @@ void write_photos(BandCity& city, const fs::path& folder) {
 
 std::vector<Samples> page_samples(const fs::path& folder) {
   std::vector<Samples> pages;
-  for (fs::path file; fs::exists(file = folder / pipeline::samples_name(pages.size()));)
+  for (fs::path file; fs::exists(file = folder / ("model_" + std::to_string(pages.size()) + ".tif"));)
     pages.push_back(io::read_samples(file));
   return pages;
 }
@@ -172,7 +173,7 @@ TEST(BandFiles, HoldAllBandsAndAreReadAgain) {
   const std::vector<Samples> pages = page_samples(folder.path() / "out");
   ASSERT_EQ(pages.size(), memory.atlas.samples.size());
   for (std::size_t p = 0; p < pages.size(); ++p) EXPECT_EQ(pages[p].bytes, memory.atlas.samples[p].samples.bytes);
-  const BandSet read = io::read_band_set(folder.path() / "out" / pipeline::samples_name(0));
+  const BandSet read = io::read_band_set(folder.path() / "out" / "model_0.tif");
   EXPECT_EQ(read.bands, city.scene.bands->bands);
   EXPECT_EQ(read.type, SampleType::u16);
 
@@ -189,6 +190,18 @@ TEST(BandFiles, HoldAllBandsAndAreReadAgain) {
     EXPECT_GT(band.mean.raw_psnr, 25) << band.band;
     EXPECT_GT(band.rms, 0);
   }
+  // Samples are those of their page, whatever it is called: pages of materials and tiles have names.
+  for (const char* extension : {".jpg", ".tif"})
+    fs::rename(folder.path() / "out" / ("model_0" + std::string(extension)),
+               folder.path() / "out" / ("model.1001" + std::string(extension)));
+  std::string materials = test::read_file(folder.path() / "out" / "model.mtl");
+  materials.replace(materials.find("model_0.jpg"), 11, "model.1001.jpg");
+  std::ofstream(folder.path() / "out" / "model.mtl") << materials;
+  io::LoadedModel renamed = io::read_textured_model(options.model);
+  renamed.model.mesh = &renamed.mesh;
+  const auto again = evaluate::evaluate_model(city.scene, photos, renamed, options, [](auto, auto) {});
+  ASSERT_EQ(again.bands.size(), 5u);
+  EXPECT_EQ(again.bands[4].rms, scores.bands[4].rms);
 }
 
 // A rule that forbids a photo changes the faces that it textured; all other texels, and the files of kept pages, stay.
