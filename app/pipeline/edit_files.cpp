@@ -60,12 +60,13 @@ void read_result(const fs::path& from, const char* name, const io::WorkKey& key,
 bool is_of_views(ViewId view, const Input& input) { return index(view) < input.scene.views.size(); }
 
 // Corners in [0, 1] of pages that are there. Where places are given, some faces have none.
-bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pages, bool given) {
+bool is_sound(const io::TexturedModel& model, std::size_t faces, std::size_t pages, bool may_lack_pages) {
   return model.face_texcoords.size() == faces && model.face_page.size() == faces &&
          std::ranges::all_of(model.texcoords,
                              [](const io::TexCoord& t) { return t.u >= 0 && t.u <= 1 && t.v >= 0 && t.v <= 1; }) &&
-         std::ranges::all_of(model.face_page,
-                             [&](std::uint32_t page) { return page < pages || (given && page == io::kNoPage); }) &&
+         std::ranges::all_of(
+             model.face_page,
+             [&](std::uint32_t page) { return page < pages || (may_lack_pages && page == io::kNoPage); }) &&
          std::ranges::all_of(model.face_texcoords, [&](const auto& corners) {
            return std::ranges::all_of(corners, [&](std::uint32_t corner) { return corner < model.texcoords.size(); });
          });
@@ -76,14 +77,14 @@ bool is_page_size(const std::array<int, 2>& size) {
   return size[0] > 0 && size[1] > 0 && size[0] <= kMost && size[1] <= kMost;
 }
 
-bool is_sound(const EditModel& m, const Input& input) {
+bool is_sound(const EditModel& m, const Input& input, bool may_lack_pages) {
   const std::size_t faces = input.mesh.faces.size(), pages = m.page_sizes.size();
   // New charts are numbered after these, and there are as many as faces at most, and as many borders.
   const std::uint64_t charts = UINT32_MAX - std::min<std::uint64_t>(UINT32_MAX, 2 * std::uint64_t{faces} + 1);
   return m.labels.size() == faces && m.face_chart.size() == faces && m.page_files.size() == pages &&
          (m.exposure.empty() || m.exposure.size() == input.scene.views.size()) &&
          (m.alignment.empty() || m.alignment.size() == input.scene.views.size()) && m.reduction > 0 &&
-         m.reduction <= 1 && is_sound(m.model, faces, pages, input.layout != nullptr) &&
+         m.reduction <= 1 && is_sound(m.model, faces, pages, may_lack_pages) &&
          std::ranges::all_of(m.page_sizes, is_page_size) &&
          std::ranges::all_of(m.labels, [&](ViewId view) { return view == kNoView || is_of_views(view, input); }) &&
          std::ranges::all_of(m.face_chart, [&](std::uint32_t chart) { return chart < charts; }) &&
@@ -154,8 +155,8 @@ EditModel read_edit_model(const fs::path& from) {
   return model;
 }
 
-void check_edit_model(const fs::path& from, const Input& input, const EditModel& model) {
-  if (!is_sound(model, input))
+void check_edit_model(const fs::path& from, const Input& input, const EditModel& model, bool may_lack_pages) {
+  if (!is_sound(model, input, may_lack_pages))
     throw InputError(from / kEditModelFile, "", "holds values that no result of this input has", {Cure::make_editable});
 }
 

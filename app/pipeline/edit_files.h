@@ -50,8 +50,10 @@ void write_edit_model(const Input& input, EditModel model, io::ImageFormat pages
 
 /// Throws InputError where `from` holds no editable result of this format.
 EditModel read_edit_model(const std::filesystem::path& from);
-/// Throws InputError where the model cannot be one of the input: a label that is no view, a face on no page. O(faces).
-void check_edit_model(const std::filesystem::path& from, const Input& input, const EditModel& model);
+/// Throws InputError where the model cannot be one of the input: a label that is no view, a face on no page unless some `may_lack_pages`,
+/// as those of a given layout may. O(faces).
+void check_edit_model(const std::filesystem::path& from, const Input& input, const EditModel& model,
+                      bool may_lack_pages);
 /// Adds all views, and takes over how they were judged. Throws InputError.
 void read_edit_views(const std::filesystem::path& from, const Input& input, const ResultKeys& keys,
                      labeling::CandidateCollector& collector, CoverageStore& coverage);

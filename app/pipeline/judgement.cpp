@@ -93,7 +93,7 @@ Judgement read_judgement(const fs::path& from, const Run& run) {
     if (same != model.keys.views.end()) view.photo = same->photo;
   }
   if (const std::string differs = difference(model.keys, now); !differs.empty()) throw InputError(from, "", differs);
-  check_edit_model(from, run.input, model);
+  check_edit_model(from, run.input, model, true);
   Judgement judgement;
   judgement.costs = costs_of(from, model.keys);
   labeling::CandidateCollector collector(run.input.mesh, judgement.costs);

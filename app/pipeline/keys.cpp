@@ -174,7 +174,6 @@ ResultKeys result_keys(const Run& run) {
     settings.device = Settings{}.device;  // classes are the same on all of them
   io::WorkHash mesh, options;
   add_mesh(mesh, run.input.mesh);
-  if (run.input.layout != nullptr) add_layout(mesh, *run.input.layout);
   std::vector<ViewKeys> views;
   for (std::size_t n = 0; const std::optional<io::WorkKey>& photo : photo_keys(run)) {
     const ViewId id = run.input.views[n++];
@@ -184,17 +183,18 @@ ResultKeys result_keys(const Run& run) {
     views.push_back({id, view.name, photo.value_or(io::WorkKey{}), camera.key()});
   }
   add_options(options, settings, Affects::page_files);
+  if (run.input.layout != nullptr) add_layout(options, *run.input.layout);
   return {mesh.key(), std::move(views), options.key(), option_texts(settings, Affects::page_files)};
 }
 
 std::string difference(const ResultKeys& result, const ResultKeys& now) {
-  if (result.mesh != now.mesh) return "was textured from another mesh, or on other texture coordinates";
+  if (result.mesh != now.mesh) return "was textured from another mesh";
   const std::string views = difference(result.views, now.views);
   if (!views.empty() || result.options == now.options) return views;
   for (std::size_t n = 0; n < std::min(result.option_texts.size(), now.option_texts.size()); ++n)
     if (const OptionText& before = result.option_texts[n], &after = now.option_texts[n]; before.text != after.text)
       return fmt::format("was textured with {} {}, and {} is asked for now", before.name, before.text, after.text);
-  return "was textured with other steps of visibility";
+  return "was textured with other steps of visibility, or on other texture coordinates";
 }
 
 }  // namespace gpvc::pipeline

@@ -48,7 +48,7 @@ Earlier read_earlier(const fs::path& from, const Run& run) {
   const ResultKeys& keys = earlier.model.keys;
   if (const std::string differs = difference(keys, result_keys(run)); !differs.empty())
     throw InputError(from, "", differs + "; only the rules about photos and the form of the models may differ");
-  check_edit_model(from, input, earlier.model);
+  check_edit_model(from, input, earlier.model, input.layout != nullptr);
   labeling::CandidateCollector collector(input.mesh, settings.costs);
   read_edit_views(from, input, keys, collector, earlier.coverage);
   Observer silent;  // what the earlier rules say has been reported

@@ -199,9 +199,13 @@ TEST_F(KeepUv, ChangesAnEditableResultInPlace) {
   // Onto other places, or without the mesh's own, the result cannot be changed.
   expect_one_sentence(
       run(onto(before / "model.obj", whole, {"--from", editable.string(), "--page-size", "300", "--force"})),
-      "editable", "other texture coordinates");
+      "editable", "page-size");
   expect_one_sentence(run(texture(whole, {"--from", editable.string(), "--texture", "png", "--force"})), "editable",
-                      "was textured from another mesh");
+                      "other texture coordinates");
+  // Questions about the mesh need no layout.
+  const Outcome photos = run({"photos", (scene_ / "colmap").string(), (before / "model.obj").string(), "--face", "10",
+                              "--from", editable.string()});
+  EXPECT_EQ(photos.exit_code, 0) << photos.err;
 }
 
 TEST_F(KeepUv, IsRefusedWithWhatItExcludes) {
