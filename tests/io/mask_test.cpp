@@ -218,6 +218,8 @@ TEST_F(Masks, TheFourthByteOfABmpIsNone) {
                     test::bytes_of<std::uint16_t>(1) + test::bytes_of<std::uint16_t>(32) + std::string(24, '\0');
   for (int i = 0; i < kMaskWidth * kMaskHeight; ++i) bmp += std::string("\x60\x70\x80\0", 4);
   std::ofstream(photo("p.bmp"), std::ios::binary) << bmp;
+  folder_.write("sparse/images.txt", "1 1 0 0 0 0 0 0 1 a/p.bmp\n\n");
+  ASSERT_EQ(scene().views[0].photo, photo("p.bmp"));
   EXPECT_FALSE(scene().views[0].uses_alpha);
   EXPECT_FALSE(read_exclusion(scene().views[0]));
 }
