@@ -129,6 +129,7 @@ std::vector<Command> add_commands(CLI::App& app) {
                                 command(app, add_inspect, run_inspect),
                                 command(app, add_photos_command, run_photos),
                                 command(app, add_coverage, run_coverage),
+                                command(app, add_view, run_view),
                                 command(app, add_convert, run_convert)};
   CLI::App* synth = app.add_subcommand("synth", "make a synthetic scene of known truth");
   synth->require_subcommand(1);

@@ -24,6 +24,7 @@ CLI::App* add_compare(CLI::App& parent, CompareOptions& options);
 CLI::App* add_label(CLI::App& parent, LabelOptions& options);
 CLI::App* add_photos_command(CLI::App& parent, PhotosOptions& options);
 CLI::App* add_coverage(CLI::App& parent, CoverageOptions& options);
+CLI::App* add_view(CLI::App& parent, ViewOptions& options);
 CLI::App* add_convert(CLI::App& parent, ConvertOptions& options);
 CLI::App* add_inspect(CLI::App& parent, InspectOptions& options);
 /// The command for the kind of scene that `options` holds.

@@ -208,6 +208,16 @@ struct PhotosOptions {
   int crop_size = 256;
 };
 
+struct ViewOptions {
+  CommonOptions common;
+  std::filesystem::path result, beside;  ///< beside: empty, or a second result
+  SceneInput input;                      ///< empty scene and mesh: those that the result was made from
+  int port = 0;                          ///< 0: one that is free
+  bool no_browser = false;
+  std::filesystem::path export_to;  ///< a folder to write the page to, instead of serving it; empty: none
+  bool force = false;
+};
+
 struct CoverageOptions : CommandOptions {
   SceneInput input;
   std::filesystem::path from;  ///< an earlier result that knows outliers; empty: none
@@ -232,7 +242,9 @@ class UsageError : public std::runtime_error {
 };
 
 // The commands. They throw; run_command_line() turns exceptions into exit codes.
-void run_texture(const TextureOptions& options, Console& console);
+/// `watcher` hears what the console shows, and can cancel the run; null: nobody.
+void run_texture(const TextureOptions& options, Console& console, results::Observer* watcher);
+inline void run_texture(const TextureOptions& options, Console& console) { run_texture(options, console, nullptr); }
 void run_tileset(const TilesetOptions& options, Console& console);
 void run_ortho(const OrthoCommandOptions& options, Console& console);
 void run_tiles(const TilesOptions& options, Console& console);
@@ -244,6 +256,7 @@ void run_compare(const CompareOptions& options, Console& console);
 void run_label(const LabelOptions& options, Console& console);
 void run_photos(const PhotosOptions& options, Console& console);
 void run_coverage(const CoverageOptions& options, Console& console);
+void run_view(const ViewOptions& options, Console& console);
 void run_convert(const ConvertOptions& options, Console& console);
 void run_inspect(const InspectOptions& options, Console& console);
 void run_synth(const SynthOptions& options, Console& console);

@@ -46,10 +46,12 @@ void RunRecord::begin(const results::StageInfo& stage) {
   first_.reset();
   console.clear_status();
   console.status(stage.name + " ...");
+  if (watcher_) watcher_->begin(stage);
 }
 
 void RunRecord::progress(std::size_t done, std::size_t total) {
   check_cancelled();
+  if (watcher_) watcher_->progress(done, total);
   if (!first_) first_ = {done, stage_seconds()};
   const double elapsed = stage_seconds() - first_->seconds;
   const auto& [name, unit, ends_early] = stage();
@@ -71,14 +73,23 @@ void RunRecord::end(const std::string& summary) {
   check_cancelled();
 }
 
-void RunRecord::check_cancelled() { throw_if_interrupted(); }
+void RunRecord::warning(const std::string& text, const std::vector<Cure>& cures) {
+  console.warning(text, cures);
+  if (watcher_) watcher_->warning(text, cures);
+}
+
+void RunRecord::check_cancelled() {
+  throw_if_interrupted();
+  if (watcher_) watcher_->check_cancelled();
+}
 
 void run_command(const std::string& name, const CommandOptions& options, Console& console,
-                 const std::function<RunFacts(RunRecord& record, results::OutputFolder& folder)>& body) {
+                 const std::function<RunFacts(RunRecord& record, results::OutputFolder& folder)>& body,
+                 results::Observer* watcher) {
   RunFacts facts;
   results::OutputFolder folder(options.out, options.force, name);
   try {
-    RunRecord record(console);
+    RunRecord record(console, watcher);
     {
       const EndsSoonAfterSignal ends([&] {
         folder.discard();

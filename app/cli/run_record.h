@@ -20,7 +20,8 @@ using evaluate::Json;
 /// Shows a run on the console and keeps its stages and figures for run.json. Throws Cancelled after Ctrl-C.
 class RunRecord final : public evaluate::RunLog {
  public:
-  explicit RunRecord(Console& shown_on) : console(shown_on) {}
+  /// `watcher` hears of stages, progress and warnings as well, and can cancel; null: nobody.
+  explicit RunRecord(Console& shown_on, results::Observer* watcher = nullptr) : console(shown_on), watcher_(watcher) {}
 
   void begin(const results::StageInfo& stage) override;
   void progress(std::size_t done, std::size_t total) override;
@@ -28,7 +29,7 @@ class RunRecord final : public evaluate::RunLog {
   void end(const std::string& summary) override;
   void note(const std::string& text) override { console.note(text); }
   void detail(const std::string& text) override { console.detail(text); }
-  void warning(const std::string& text, const std::vector<Cure>& cures = {}) override { console.warning(text, cures); }
+  void warning(const std::string& text, const std::vector<Cure>& cures = {}) override;
   void check_cancelled() override;
 
   Console& console;
@@ -40,6 +41,7 @@ class RunRecord final : public evaluate::RunLog {
     double seconds;
   };
   std::optional<FirstReport> first_;
+  results::Observer* watcher_;
 };
 
 /// Has the console say what is kept of a run that is interrupted.
@@ -54,8 +56,9 @@ struct RunFacts {
 };
 
 /// Runs a command whose result is a folder: calls `body`, which writes files into the folder, adds run.json and gives
-/// everything its final name. Errors name files by their final names.
+/// everything its final name. Errors name files by their final names. \param watcher of RunRecord
 void run_command(const std::string& name, const CommandOptions& options, Console& console,
-                 const std::function<RunFacts(RunRecord& record, results::OutputFolder& folder)>& body);
+                 const std::function<RunFacts(RunRecord& record, results::OutputFolder& folder)>& body,
+                 results::Observer* watcher = nullptr);
 
 }  // namespace gpvc::cli

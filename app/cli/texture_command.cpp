@@ -119,13 +119,13 @@ void write_views(const SceneInputData& in, pipeline::OutputFolder& folder) {
 
 }  // namespace
 
-void run_texture(const TextureOptions& options, Console& console) {
+void run_texture(const TextureOptions& options, Console& console, results::Observer* watcher) {
   refuse_contradictions(options.settings);
   check_keep_uv(options);
   if (options.level_layers && options.layers.empty()) throw UsageError("--level-layers belongs to --layers");
   refuse_overwriting(options.input, options.out, {"model.obj", "model.glb", "model.gltf"});
   note_kept_work(options, options.settings, console);
-  run_command("texture", options, console, [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
+  const auto steps = [&](RunRecord& record, pipeline::OutputFolder& folder) -> RunFacts {
     if (!options.from.empty()) pipeline::OutputFolder::finish_interrupted(options.from);
     const auto [in, given] =
         read_input(options.input, options.allow, options.settings, options.common.device, record, folder);
@@ -169,7 +169,8 @@ void run_texture(const TextureOptions& options, Console& console) {
       if (std::ranges::count(folder.promised(), name) > 0)
         models += (models.empty() ? "" : "\n") + (options.out / name).string();
     return {options_json(done), evaluate::device_json(textured.device), models};
-  });
+  };
+  run_command("texture", options, console, steps, watcher);
   tiles::remove_job(options.out);
 }
 

@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
-# install_packages.sh [build|test|clang|bundle|wheel]: installs the Debian packages of packages.txt that are missing, and nothing else.
+# install_packages.sh [build|view|test|clang|bundle|wheel]: installs the Debian packages of packages.txt that are missing, and nothing else.
 # Quiet and quick when all are there.
 set -euo pipefail
 list=$(dirname "$0")/packages.txt
 wanted=${1:-build}
 case $wanted in
   build) sections=build ;;
+  view) sections='build|view' ;;
   test) sections='build|test' ;;
   clang) sections='build|clang' ;;
   bundle) sections='build|bundle' ;;
   wheel) sections='build|wheel' ;;
-  *) echo "install_packages.sh: expected build, test, clang, bundle or wheel, got '$wanted'" >&2; exit 2 ;;
+  *) echo "install_packages.sh: expected build, view, test, clang, bundle or wheel, got '$wanted'" >&2; exit 2 ;;
 esac
 
 packages=$(awk -v sections="^($sections)\$" '

@@ -1,0 +1,68 @@
+#include "app/cli/earlier_run.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "app/cli/command_options.h"
+#include "app/cli/usage.h"
+#include "app/evaluate/json.h"
+#include "io/file_bytes.h"
+#include "io/paths.h"
+
+namespace gpvc::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using evaluate::Json;
+
+}  // namespace
+
+std::optional<EarlierRun> earlier_run(const fs::path& result) {
+  const fs::path file = result / "run.json";
+  if (!io::is_file(file)) return std::nullopt;
+  const Json json = Json::parse(io::FileBytes(file).view(), nullptr, false);
+  if (!json.is_object() || json.value("command", "") != "texture" || !json.contains("command_line"))
+    return std::nullopt;
+  std::vector<std::string> words;
+  for (const Json& word : json["command_line"])
+    if (word.is_string()) words.push_back(word.get<std::string>());
+  if (words.size() < 2) return std::nullopt;
+  EarlierRun earlier;
+  CLI::App app;
+  add_texture(app, earlier.options);
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend() - 1));
+  } catch (const CLI::ParseError&) {
+    return std::nullopt;
+  }
+  return earlier;
+}
+
+SceneInput scene_of(const ViewOptions& options, const EarlierRun& earlier) {
+  if (options.input.scene.empty()) {
+    SceneInput input = earlier.options.input;
+    if (options.input.images_dir) input.images_dir = options.input.images_dir;
+    return input;
+  }
+  return options.input;
+}
+
+bool has_files(const SceneInput& input) {
+  std::error_code ignored;
+  const auto there = [&](const fs::path& file) { return fs::exists(file, ignored); };
+  return !input.scene.empty() && there(input.scene) && there(input.mesh) &&
+         std::ranges::all_of(input.more_meshes, there) && (!input.images_dir || there(*input.images_dir));
+}
+
+std::vector<fs::path> results_of_comparison(const fs::path& folder) {
+  std::vector<fs::path> results;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (io::is_file(entry.path() / "model.obj") || io::is_file(entry.path() / "model.glb"))
+      results.push_back(entry.path());
+  std::ranges::sort(results);
+  return results;
+}
+
+}  // namespace gpvc::cli

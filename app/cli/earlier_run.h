@@ -1,0 +1,27 @@
+// How a result was made, by its run.json.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "app/cli/options.h"
+
+namespace gpvc::cli {
+
+struct EarlierRun {
+  TextureOptions options;  ///< those of its command line, with paths as they were given there
+};
+
+/// nullopt where the folder holds no result of gpvc texture, or one whose command line this version does not know.
+std::optional<EarlierRun> earlier_run(const std::filesystem::path& result);
+
+/// The scene, mesh and photos given, or else those of the earlier run.
+SceneInput scene_of(const ViewOptions& options, const EarlierRun& earlier);
+/// True if scene, meshes and the folder of photos are there.
+bool has_files(const SceneInput& input);
+
+/// The folders of a comparison that hold results, in their order in the report.
+std::vector<std::filesystem::path> results_of_comparison(const std::filesystem::path& folder);
+
+}  // namespace gpvc::cli

@@ -1,0 +1,92 @@
+#include "app/view/asking.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "app/evaluate/scene_json.h"
+#include "app/pipeline/undistort.h"
+#include "app/query/photos_json.h"
+#include "io/vector.h"
+#include "labeling/view_choice.h"
+
+namespace gpvc::view {
+namespace {
+
+constexpr std::size_t kTakenBytes = std::size_t{600} << 20;  // of photos that are kept decoded
+
+// What makes a photo other than the best, in words for people.
+std::string plain_words(const query::PhotoOfPoint& photo) {
+  if (photo.reason != query::Reason::shown) return query::reason_words(photo);
+  if (!photo.cost) return "shows it, but sees the face in part where others see it whole";
+  return query::cost_words(photo) == "nothing" ? "the best there is" : query::cost_words(photo);
+}
+
+}  // namespace
+
+Asking::Asking(const SceneSide& scene)
+    : scene_(scene),
+      finder_(scene.run->input, scene.run->photos, scene.judgement.get(), scene.run->settings.costs, scene.allowed),
+      places_(scene.run->input, finder_),
+      taken_(kTakenBytes) {}
+
+ViewId Asking::view(std::size_t number) const {
+  if (number >= scene().views.size())
+    throw InputError(scene().source, "",
+                     fmt::format("has no view {}, expected 0 to {}", number, scene().views.size() - 1));
+  return ViewId{static_cast<std::uint32_t>(number)};
+}
+
+evaluate::Json Asking::answer(const WorldPoint& place, std::optional<FaceId> face) const {
+  const auto& input = scene_.run->input;
+  auto point = finder_.nearest(place);
+  if (!point || point->distance > places_.limit()) throw InputError(input.mesh_file, "", "is not where the page asks");
+  if (face) {
+    const auto found = std::ranges::find(point->faces, *face);
+    if (found != point->faces.end()) std::rotate(point->faces.begin(), found, found + 1);
+  }
+  const query::PointAnswer answer = finder_.photos_of(*point);
+  evaluate::Json json = query::photos_json(scene(), answer, scene_.judgement != nullptr);
+  for (std::size_t i = 0; i < answer.photos.size(); ++i) json["photos"][i]["plain"] = plain_words(answer.photos[i]);
+  json["at"] = evaluate::point_json(point->at);
+  json["at_file"] = evaluate::point_json(places_.in_file(*point));
+  const auto in_system = places_.in_system(*point);
+  json["at_srs"] = in_system ? evaluate::point_json(*in_system) : evaluate::Json(nullptr);
+  json["srs"] = scene().srs.empty() ? evaluate::Json(nullptr) : evaluate::Json(scene().srs);
+  json["judged"] = scene_.judgement != nullptr;
+  return json;
+}
+
+Image Asking::cutout(ViewId view, const PhotoPoint& pixel, int size) {
+  const query::Cutout cut = query::cut_out(*taken_.photo(scene().views[index(view)].photo), pixel, size);
+  const int left = size / 2 - static_cast<int>(cut.pixel.x), top = size / 2 - static_cast<int>(cut.pixel.y);
+  constexpr std::uint8_t kGrey = 128;
+  Image square{size, size, 3, std::vector<std::uint8_t>(pixel_index(0, size, size) * 3, kGrey)};
+  for (int y = 0; y < cut.image.height; ++y)
+    for (int x = 0; x < cut.image.width; ++x)
+      if (x + left >= 0 && x + left < size && y + top >= 0 && y + top < size)
+        std::copy_n(std::as_const(cut.image).at(x, y), 3, square.at(x + left, y + top));
+  return square;
+}
+
+Image Asking::undistorted(ViewId view, int edge) const {
+  const Camera& camera = scene().views[index(view)].camera;
+  const auto photo = scene_.run->photos.photo(view);
+  std::vector<std::uint8_t> inside;
+  const pipeline::FrameWindow window{0, 0, camera.width, camera.height, false};
+  return at_most(pipeline::undistort_photo(*photo, camera, window, inside), edge);
+}
+
+std::vector<std::uint32_t> Asking::unseen(ViewId view, std::span<const std::uint32_t> faces) const {
+  std::vector<std::uint32_t> none;
+  if (scene_.judgement == nullptr) return none;
+  const auto& statistics = scene_.judgement->statistics[index(view)];
+  for (const std::uint32_t face : faces)
+    if (face >= scene_.run->input.mesh.faces.size() || !labeling::record_of(statistics, FaceId{face}))
+      none.push_back(face);
+  return none;
+}
+
+}  // namespace gpvc::view
