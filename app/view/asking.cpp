@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "app/evaluate/scene_json.h"
-#include "app/pipeline/undistort.h"
 #include "app/query/photos_json.h"
 #include "io/vector.h"
 #include "labeling/view_choice.h"
@@ -75,8 +74,11 @@ Image Asking::undistorted(ViewId view, int edge) const {
   const Camera& camera = scene().views[index(view)].camera;
   const auto photo = scene_.run->photos.photo(view);
   std::vector<std::uint8_t> inside;
-  const pipeline::FrameWindow window{0, 0, camera.width, camera.height, false};
-  return at_most(pipeline::undistort_photo(*photo, camera, window, inside), edge);
+  return at_most(pipeline::undistort_photo(*photo, camera, frame_of(view), inside), edge);
+}
+
+pipeline::FrameWindow Asking::frame_of(ViewId view) const {
+  return pipeline::frame_window(scene().views[index(view)].camera, pipeline::FrameRule::inside);
 }
 
 std::vector<std::uint32_t> Asking::unseen(ViewId view, std::span<const std::uint32_t> faces) const {

@@ -11,6 +11,7 @@
 #include "app/evaluate/json.h"
 #include "app/pipeline/judgement.h"
 #include "app/pipeline/run.h"
+#include "app/pipeline/undistort.h"
 #include "app/query/photos.h"
 #include "app/query/places.h"
 #include "app/view/pictures.h"
@@ -35,8 +36,10 @@ class Asking {
 
   /// A square of what a photo shows around a pixel, at its full size, the pixel in its middle; grey beyond the photo. Throws InputError.
   Image cutout(ViewId view, const PhotoPoint& pixel, int size);
-  /// The photo without its distortion, in its camera's frame, at most `edge` pixels. Throws InputError.
+  /// The photo without its distortion in frame_of(), at most `edge` pixels. Throws InputError.
   Image undistorted(ViewId view, int edge) const;
+  /// The largest part of the view's frame in which the photo leaves nothing blank.
+  pipeline::FrameWindow frame_of(ViewId view) const;
 
   /// The faces that the view sees neither in full nor in part, of those given.
   std::vector<std::uint32_t> unseen(ViewId view, std::span<const std::uint32_t> faces) const;

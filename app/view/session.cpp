@@ -78,9 +78,10 @@ std::vector<PhotoPoint> polygon_of(const Json& json) {
   return polygon;
 }
 
-Json view_json(const View& view) {
+Json view_json(const View& view, const pipeline::FrameWindow& frame) {
   const Camera& c = view.camera;
   return {{"name", view.name},
+          {"frame", {frame.x, frame.y, frame.width, frame.height}},
           {"width", c.width},
           {"height", c.height},
           {"fx", c.fx},
@@ -134,7 +135,8 @@ Reply Session::page_json() const {
   for (const NamedResult& named : input_.results) json["results"].push_back({{"name", named.name}});
   json["views"] = Json::array();
   if (asking_)
-    for (const View& view : asking_->scene().views) json["views"].push_back(view_json(view));
+    for (const ViewId id : all_views(asking_->scene()))
+      json["views"].push_back(view_json(asking_->scene().views[index(id)], asking_->frame_of(id)));
   json["used"] = Json::array();
   if (asking_)
     for (const ViewId view : asking_->side().run->input.views) json["used"].push_back(index(view));

@@ -65,7 +65,7 @@ export class Model {
     this.pages = this.info.pages.map((page, n) => {
       const old = kept.get(page.key);
       const texture = old?.texture ?? new THREE.DataTexture(new Uint8Array([150, 150, 150, 255]), 1, 1);
-      texture.needsUpdate = true;
+      if (!old) texture.needsUpdate = true;
       return { ...page, number: n, texture, uniform: { value: texture }, loaded: old?.loaded ?? 0, texel: Infinity, wanted: 0 };
     });
     this.reused = this.pages.filter((page) => page.loaded > 0).length;

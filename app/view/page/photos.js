@@ -50,10 +50,11 @@ export class Photos {
     return new THREE.Vector3(...view.centre.map((value, i) => value - this.origin[i]));
   }
 
-  /// The corners of the view's frame at a depth, from the top left one on.
+  /// The corners of the undistorted photo at a depth, from the top left one on.
   corners(view, depth) {
     const [right, down, ahead] = axes(view), centre = this.centre(view);
-    return [[0, 0], [view.width, 0], [view.width, view.height], [0, view.height]].map(([x, y]) =>
+    const [x0, y0, width, height] = view.frame;
+    return [[x0, y0], [x0 + width, y0], [x0 + width, y0 + height], [x0, y0 + height]].map(([x, y]) =>
       centre.clone().addScaledVector(ahead, depth).addScaledVector(right, ((x - view.cx) / view.fx) * depth)
         .addScaledVector(down, ((y - view.cy) / view.fy) * depth));
   }
@@ -74,7 +75,8 @@ export class Photos {
   pose(view) {
     const [, down, ahead] = axes(view), position = this.centre(view);
     const reach = Math.max(this.stage.sphere.center.clone().sub(position).dot(ahead), this.size);
-    const upper = Math.max(view.cy, view.height - view.cy) / view.fy, wider = Math.max(view.cx, view.width - view.cx) / view.fx;
+    const [x0, y0, width, height] = view.frame;
+    const upper = Math.max(view.cy - y0, y0 + height - view.cy) / view.fy, wider = Math.max(view.cx - x0, x0 + width - view.cx) / view.fx;
     const half = Math.max(upper, wider / this.stage.camera.aspect);
     return { position, target: position.clone().addScaledVector(ahead, reach), up: down.negate(), fov: (2 * Math.atan(half) * 180) / Math.PI };
   }
