@@ -18,6 +18,21 @@ using evaluate::Json;
 
 }  // namespace
 
+std::vector<std::string> words_to_change(const EarlierRun& earlier, const fs::path& result, const fs::path& rules) {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < earlier.words.size(); ++i) {
+    const std::string& word = earlier.words[i];
+    if (word == "--force" || word.starts_with("--from=") || word.starts_with("--allow=")) continue;
+    if (word == "--from" || word == "--allow")
+      ++i;  // its value
+    else
+      words.push_back(word);
+  }
+  words.insert(words.end(), {"--force", "--from", result.string()});
+  if (!rules.empty()) words.insert(words.end(), {"--allow", rules.string()});
+  return words;
+}
+
 std::optional<EarlierRun> earlier_run(const fs::path& result) {
   const fs::path file = result / "run.json";
   if (!io::is_file(file)) return std::nullopt;
@@ -28,7 +43,7 @@ std::optional<EarlierRun> earlier_run(const fs::path& result) {
   for (const Json& word : json["command_line"])
     if (word.is_string()) words.push_back(word.get<std::string>());
   if (words.size() < 2) return std::nullopt;
-  EarlierRun earlier;
+  EarlierRun earlier{{}, words};
   CLI::App app;
   add_texture(app, earlier.options);
   try {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "app/cli/options.h"
@@ -10,8 +11,13 @@
 namespace gpvc::cli {
 
 struct EarlierRun {
-  TextureOptions options;  ///< those of its command line, with paths as they were given there
+  TextureOptions options;          ///< those of its command line, with paths as they were given there
+  std::vector<std::string> words;  ///< of that
 };
+
+/// The command line that changes a result, from that which made it. \param rules empty: none
+std::vector<std::string> words_to_change(const EarlierRun& earlier, const std::filesystem::path& result,
+                                         const std::filesystem::path& rules);
 
 /// nullopt where the folder holds no result of gpvc texture, or one whose command line this version does not know.
 std::optional<EarlierRun> earlier_run(const std::filesystem::path& result);

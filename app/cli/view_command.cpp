@@ -109,11 +109,13 @@ view::Changing changing(const ViewOptions& options, const EarlierRun& earlier, O
   view::Changing changing{options.result / kRulesFile, earlier.options.allow, {}, {}};
   TextureOptions again = earlier.options;
   again.input = scene_of(options, earlier);
-  again.allow = changing.rules;
   again.from = again.out = options.result;
   again.force = true;
-  again.common.command_line = options.common.command_line;
-  changing.apply = [again, &console](results::Observer& observer) { run_texture(again, console, &observer); };
+  changing.apply = [again, earlier, &console](const fs::path& rules, results::Observer& observer) mutable {
+    again.allow = rules;
+    again.common.command_line = words_to_change(earlier, again.from, rules);
+    run_texture(again, console, &observer);
+  };
   changing.reopened = [&scene, result = options.result] { return scene.side(result, nullptr); };
   return changing;
 }

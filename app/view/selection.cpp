@@ -108,8 +108,9 @@ Json RuleFile::read() const {
   const std::lock_guard lock(mutex_);
   const std::filesystem::path& from = io::is_file(file_) || earlier_.empty() ? file_ : earlier_;
   if (!io::is_file(from)) return Json::array();
-  io::read_view_rules(from);  // names the place of what is wrong
   const Json json = Json::parse(io::FileBytes(from).view(), nullptr, false);
+  if (json.is_object() && json.value("rules", Json(nullptr)) == Json::array()) return Json::array();
+  io::read_view_rules(from);  // names the place of what is wrong
   if (!json.is_object() || !json.contains("rules"))
     throw InputError(from, "", "is no JSON with a list \"rules\", which alone can be edited here");
   return json["rules"];

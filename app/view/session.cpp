@@ -220,7 +220,7 @@ Reply Session::posted(const Request& request) {
   }
   if (request.path == "apply" && input_.changing->apply) {
     const bool started = job_->start([this](results::Observer& observer) {
-      input_.changing->apply(observer);
+      input_.changing->apply(rules_->read().empty() ? std::filesystem::path() : rules_->path(), observer);
       apply();
     });
     return started ? json_reply(Json::object()) : text_reply(409, "rules are being applied already");

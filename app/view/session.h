@@ -26,7 +26,8 @@ struct NamedResult {
 /// How the first result is made again with other rules: each of them null where it cannot be.
 struct Changing {
   std::filesystem::path rules, earlier_rules;  ///< see RuleFile
-  std::function<void(results::Observer&)> apply{};
+  /// By the rules of a file; an empty path: without rules.
+  std::function<void(const std::filesystem::path& rules, results::Observer&)> apply{};
   std::function<SceneSide()> reopened{};  ///< the scene with what the new result knows
 };
 
