@@ -34,7 +34,9 @@ class Page {
       this.stage.scene.add(model.group);
       models.push(model);
       this.stage.models.push(model);
-      if (models.length === 1) this.stage.place(this.stage.overview(model.sphere()));
+      if (models.length > 1) continue;
+      this.stage.sphere = model.sphere();
+      this.stage.place(this.stage.overview(this.stage.sphere));
     }
     this.numbers = numbers;
     this.stage.resize();

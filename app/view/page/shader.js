@@ -65,7 +65,7 @@ void main() {
     bool known = value == value;
     vec3 tint = !known ? vec3(0.5) : mode == 1 ? ramp(clamp((value - low) / (high - low), 0.0, 1.0)) : mode == 2 ? kind(value) : tag(value);
     float grey = dot(shown, vec3(0.299, 0.587, 0.114));
-    shown = mix(shown, tint * (0.55 + 0.45 * grey), strength);
+    shown = mix(shown, tint * (0.7 + 0.4 * grey), strength);
   }
   uint mark = texelFetch(marks, place(), 0).r;
   float stripe = fract((gl_FragCoord.x + gl_FragCoord.y) / 12.0);

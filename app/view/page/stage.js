@@ -55,7 +55,6 @@ export class Stage {
 
   /// Looks at all of a sphere from 40 degrees above the horizon.
   overview(sphere) {
-    this.sphere = sphere;
     const side = Math.abs(this.up.z) < 0.9 ? new THREE.Vector3(0, 0, 1) : new THREE.Vector3(0, -1, 0);
     side.addScaledVector(this.up, -side.dot(this.up)).normalize();
     const distance = sphere.radius / Math.sin(THREE.MathUtils.degToRad(kFieldOfView / 2)) * 0.9 * Math.max(1, 0.8 / this.camera.aspect);
