@@ -16,6 +16,19 @@ namespace {
 namespace fs = std::filesystem;
 using evaluate::Json;
 
+template <class Options>
+bool parses(const std::vector<std::string>& words, CLI::App* (*add)(CLI::App&, Options&), Options& options) {
+  if (words.size() < 2) return false;
+  CLI::App app;
+  add(app, options);
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend() - 1));
+  } catch (const CLI::ParseError&) {
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<std::string> words_to_change(const EarlierRun& earlier, const fs::path& result, const fs::path& rules) {
@@ -37,21 +50,26 @@ std::optional<EarlierRun> earlier_run(const fs::path& result) {
   const fs::path file = result / "run.json";
   if (!io::is_file(file)) return std::nullopt;
   const Json json = Json::parse(io::FileBytes(file).view(), nullptr, false);
-  if (!json.is_object() || json.value("command", "") != "texture" || !json.contains("command_line"))
-    return std::nullopt;
-  std::vector<std::string> words;
+  if (!json.is_object() || !json.contains("command_line")) return std::nullopt;
+  EarlierRun earlier;
   for (const Json& word : json["command_line"])
-    if (word.is_string()) words.push_back(word.get<std::string>());
-  if (words.size() < 2) return std::nullopt;
-  EarlierRun earlier{{}, words};
-  CLI::App app;
-  add_texture(app, earlier.options);
-  try {
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend() - 1));
-  } catch (const CLI::ParseError&) {
-    return std::nullopt;
+    if (word.is_string()) earlier.words.push_back(word.get<std::string>());
+  const std::string command = json.value("command", "");
+  if (command == "texture" && parses(earlier.words, add_texture, earlier.options)) {
+    earlier.changes = true;
+    return earlier;
   }
-  return earlier;
+  if (TilesetOptions options; command == "tileset" && parses(earlier.words, add_tileset, options)) {
+    earlier.options.input = options.input;
+    earlier.options.settings = options.settings;
+    return earlier;
+  }
+  if (CompareOptions options; command == "compare" && parses(earlier.words, add_compare, options)) {
+    earlier.options.input = options.input;
+    earlier.options.settings = options.settings.texture;
+    return earlier;
+  }
+  return std::nullopt;
 }
 
 SceneInput scene_of(const ViewOptions& options, const EarlierRun& earlier) {
@@ -72,10 +90,9 @@ bool has_files(const SceneInput& input) {
 
 std::vector<fs::path> results_of_comparison(const fs::path& folder) {
   std::vector<fs::path> results;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored))
-    if (io::is_file(entry.path() / "model.obj") || io::is_file(entry.path() / "model.glb"))
-      results.push_back(entry.path());
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder / "modes", none))
+    if (io::is_file(entry.path() / "model.obj")) results.push_back(entry.path());
   std::ranges::sort(results);
   return results;
 }

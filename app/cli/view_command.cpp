@@ -18,6 +18,7 @@
 #include "app/view/page_files.h"
 #include "app/view/server.h"
 #include "app/view/session.h"
+#include "app/view/tileset_files.h"
 #include "io/file_bytes.h"
 #include "io/paths.h"
 #include "io/photos.h"
@@ -63,18 +64,19 @@ struct OpenScene {
   }
 };
 
-// What to look at: a result, or each mode of a comparison.
+// What to look at: a result, or each mode of a comparison; none for a tileset.
 std::vector<view::NamedResult> results_in(const ViewOptions& options) {
   std::vector<view::NamedResult> results;
   for (const fs::path& given : {options.result, options.beside}) {
     if (given.empty()) continue;
+    if (given == options.result && view::is_tileset(given)) return {};
     if (io::is_file(given / "report.json"))
-      for (const fs::path& mode : results_of_comparison(given))
-        results.push_back({mode.lexically_relative(given).string(), mode});
+      for (const fs::path& mode : results_of_comparison(given)) results.push_back({mode.filename().string(), mode});
     else
       results.push_back({given.lexically_normal().string(), given});
   }
-  if (results.empty()) throw InputError(options.result, "", "is a comparison without results");
+  if (results.empty())
+    throw InputError(options.result, "", "is a comparison without models: gpvc compare --keep-models keeps them");
   return results;
 }
 
@@ -139,8 +141,9 @@ void run_view(const ViewOptions& options, Console& console) {
   results::OutputFolder::finish_interrupted(options.result);
   view::SessionInput input;
   input.results = results_in(options);
-  const fs::path& first = input.results.front().folder;
-  const std::optional<EarlierRun> earlier = earlier_run(first);
+  if (input.results.empty()) input.tileset = options.result;
+  const fs::path first = input.results.empty() ? options.result : input.results.front().folder;
+  const std::optional<EarlierRun> earlier = earlier_run(options.result);
   std::optional<OpenScene> scene;
   if (const SceneInput from = scene_of(options, earlier.value_or(EarlierRun{})); has_files(from)) {
     scene.emplace(read_scene_input(from, record), earlier ? earlier->options.settings : pipeline::Settings{});
@@ -152,7 +155,7 @@ void run_view(const ViewOptions& options, Console& console) {
     if (earlier)
       console.note("its scene, mesh or photos are not where they were: SCENE and MESH say where they are now");
   }
-  if (scene && earlier && input.scene->judgement && options.export_to.empty())
+  if (scene && earlier && earlier->changes && input.scene->judgement && options.export_to.empty())
     input.changing = changing(options, *earlier, *scene, console);
   record.begin({"model"});
   std::optional<view::Server> server;

@@ -35,6 +35,7 @@ void Session::write_to(const fs::path& folder) {
     const fs::path below = folder / "results" / std::to_string(n);
     for (const std::string& path : result(n)->paths()) write_reply(below / path, result(n)->answer(path));
   }
+  for (const std::string& path : tiles_) write_reply(folder / "tileset" / path, tile(path));
   if (!input_.scene) return;
   for (const ViewId view : input_.scene->run->input.views)
     write_reply(folder / "photos" / std::to_string(index(view)), photo(index(view)));

@@ -20,7 +20,8 @@ using Clock = Connection::Clock;
 
 constexpr std::size_t kMostPages = 8;  // each holds a thread
 constexpr const char* kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; "
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: "
+    "data:; "
     "connect-src 'self' blob:; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 void set(httplib::Response& to, const Reply& reply) {

@@ -9,13 +9,14 @@
 #include "app/evaluate/scene_json.h"
 #include "app/view/page_files.h"
 #include "app/view/paths.h"
+#include "app/view/tileset_files.h"
 
 namespace gpvc::view {
 namespace {
 
 using evaluate::Json;
 
-constexpr std::string_view kResults = "results/", kPhotos = "photos/";
+constexpr std::string_view kResults = "results/", kPhotos = "photos/", kTiles = "tileset/";
 constexpr int kPhotoEdge = 2048, kMostCut = 1024;
 
 Reply json_reply(const Json& json) {
@@ -101,14 +102,19 @@ Session::Session(SessionInput input, std::function<void(const std::string&, cons
   results_.resize(input_.results.size());
   if (input_.changing) rules_.emplace(input_.changing->rules, input_.changing->earlier_rules);
   job_ = std::make_unique<Job>([this](const std::string& line) { tell_("job", line); });
-  result(0);
+  if (input_.tileset.empty())
+    result(0);
+  else
+    tiles_ = tileset_files(input_.tileset);
 }
 
 Session::~Session() = default;
 
 std::shared_ptr<Asking> Session::asking() const {
   const std::lock_guard lock(mutex_);
-  if (!asking_) throw InputError(input_.results.front().folder, "", "was opened without its scene and photos");
+  if (!asking_)
+    throw InputError(input_.tileset.empty() ? input_.results.front().folder : input_.tileset, "",
+                     "was opened without its scene and photos");
   return asking_;
 }
 
@@ -125,6 +131,7 @@ Reply Session::answer(const Request& request) {
     if (file.name == (request.path.empty() ? "index.html" : request.path))
       return bytes_reply(fmt::format("{}; charset=utf-8", file.type), std::string(file.content));
   if (request.path == "page.json") return page_json();
+  if (request.path.starts_with(kTiles)) return tile(request.path.substr(kTiles.size()));
   if (request.path.starts_with(kResults)) return shown(request.path);
   return asked(request);
 }
@@ -133,6 +140,7 @@ Reply Session::page_json() const {
   const std::lock_guard lock(mutex_);
   Json json = {{"results", Json::array()}, {"up", evaluate::point_json(input_.up)}, {"photos", input_.photos}};
   for (const NamedResult& named : input_.results) json["results"].push_back({{"name", named.name}});
+  json["tileset"] = input_.tileset.empty() ? Json(nullptr) : Json(input_.tileset.lexically_normal().string());
   json["views"] = Json::array();
   if (asking_)
     for (const ViewId id : all_views(asking_->scene()))
@@ -153,6 +161,14 @@ Reply Session::shown(const std::string& path) {
   const auto number = number_behind(std::string_view(path).substr(0, slash), kResults, results_.size());
   if (slash == std::string::npos || !number) return text_reply(404, "not found");
   return result(*number)->answer(path.substr(slash + 1));
+}
+
+Reply Session::tile(const std::string& path) const {
+  if (!tiles_.contains(path)) return text_reply(404, "not found");
+  Reply reply;
+  reply.type = path.ends_with(".json") ? "application/json" : "model/gltf-binary";
+  reply.file = input_.tileset / path;
+  return reply;
 }
 
 Reply Session::photo(std::size_t number) {
@@ -192,7 +208,7 @@ Reply Session::posted(const Request& request) {
     const Json json = body_of(request);
     return json_reply({{"faces", faces_json(faces_in(input, screen_of(json), polygon_of(json)))}});
   }
-  if (request.path == "chart") {
+  if (request.path == "chart" && !results_.empty()) {
     const auto face = member<std::uint32_t>(body_of(request), "face");
     if (face >= faces) throw InputError(request.path, "face", "is not one of the mesh");
     const auto first = result(0);

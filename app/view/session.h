@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct Changing {
 
 struct SessionInput {
   std::vector<NamedResult> results;  ///< the first is shown; the second, where there is one, beside it
+  std::filesystem::path tileset{};   ///< instead of results; empty: none
   std::vector<std::string> photos;   ///< names by number; those of the scene where there is one
   WorldPoint up{0, 0, 1};
   std::optional<SceneSide> scene{};
@@ -57,6 +59,7 @@ class Session {
   Reply asked(const Request& request);
   Reply posted(const Request& request);
   Reply photo(std::size_t number);
+  Reply tile(const std::string& path) const;
   std::shared_ptr<ShownResult> result(std::size_t number);
   std::shared_ptr<Asking> asking() const;
   void apply();
@@ -68,6 +71,7 @@ class Session {
   std::shared_ptr<Asking> asking_;
   std::vector<std::shared_ptr<ShownResult>> results_;
   std::shared_ptr<const labeling::FaceGraph> graph_;
+  std::set<std::string> tiles_;
   std::optional<RuleFile> rules_;
   std::unique_ptr<Job> job_;  ///< last: it ends before what it uses
 };

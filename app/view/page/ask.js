@@ -21,7 +21,7 @@ export class Ask {
   /// \param found of Stage.pick(); \param measures from the last point as well
   async click(found, measures) {
     const place = found.point.toArray().map((value, i) => value + found.model.origin[i]);
-    const face = found.model.data.faces[found.face], earlier = this.last;
+    const face = found.face === null ? null : found.model.data.faces[found.face], earlier = this.last;
     this.last = { place, face, point: found.point };
     this.mark(measures && earlier ? [earlier.point, found.point] : [found.point]);
     this.panel.replaceChildren(make('p', 'Asking ...'));
@@ -31,7 +31,7 @@ export class Ask {
     try {
       if (this.info.asks) {
         const [x, y, z] = place;
-        const answer = await getJson(`ask?${new URLSearchParams({ x, y, z, face })}`);
+        const answer = await getJson(`ask?${new URLSearchParams(face === null ? { x, y, z } : { x, y, z, face })}`);
         if (this.asked !== asked) return null;
         this.answer = answer;
         parts.push(...this.parts(answer, found));
@@ -54,7 +54,9 @@ export class Ask {
 
   /// Of an export, and of results without their scene: what is in the files.
   async without(found, place) {
-    const parts = [this.coordinates('Point', place), make('p', `Face ${found.model.data.faces[found.face]}`)];
+    const parts = [this.coordinates('Point', place)];
+    if (found.face === null) return parts;
+    parts.push(make('p', `Face ${found.model.data.faces[found.face]}`));
     if (found.model.info.values.includes('photo')) {
       const photo = (await found.model.valuesOf('photo')).array[found.face];
       parts.push(make('p', photo === photo ? `Photo ${this.info.photos[photo] ?? photo}` : 'No photo shows this face', 'shown'));

@@ -9,6 +9,7 @@ import { Photos } from './photos.js';
 import { Pointer } from './pointer.js';
 import { linkOf, picture, placeIn } from './share.js';
 import { Stage } from './stage.js';
+import { Tiles } from './tiles.js';
 
 const byId = (id) => document.getElementById(id);
 const say = (text) => (byId('message').textContent = text);
@@ -20,9 +21,10 @@ function showTab(name) {
 
 /// Loads pages in two steps, and redraws by what is in sight.
 class Page {
-  constructor(info) {
+  constructor(info, tiles) {
     this.info = info;
-    this.stage = new Stage(byId('canvas'), info.up);
+    this.tiles = tiles;
+    this.stage = new Stage(byId('canvas'), tiles ? tiles.up.toArray() : info.up);
     this.redraw = () => this.stage.redraw();
     this.stage.beforeDraw = [];
   }
@@ -41,6 +43,17 @@ class Page {
     this.numbers = numbers;
     this.stage.resize();
     await Promise.all(models.map((model) => model.loadQuarters(this.stage.most)));
+  }
+
+  /// A tileset, which loads what is in sight by itself.
+  loadTiles() {
+    const { stage, tiles } = this;
+    tiles.redraw = this.redraw;
+    stage.scene.add(tiles.group);
+    stage.models.push(tiles);
+    stage.sphere = tiles.sphere();
+    stage.place(stage.overview(stage.sphere));
+    stage.resize();
   }
 
   /// The chosen results instead of those that are shown.
@@ -100,6 +113,7 @@ function setUpLook(page) {
   });
   byId('home').addEventListener('click', () => stage.fly(stage.overview(stage.sphere)));
   const photo = byId('photo'), misfit = byId('misfit'), fade = byId('fade');
+  if (page.tiles) for (const id of ['mode', 'seams']) byId(id).disabled = true;
   byId('photo-tools').hidden = views.length === 0;
   byId('frustums').disabled = views.length === 0;
   views.forEach((view, n) => info.used.includes(n) && photo.append(new Option(view.name, n)));
@@ -144,8 +158,8 @@ function setUpTools(page) {
   page.ask = new Ask(stage, info, byId('answer'), (view) => page.showPhoto(String(view)));
   const ui = { count: 'count', photo: 'rule-photo', veto: 'veto', only: 'only', clear: 'clear', undo: 'undo', redo: 'redo', apply: 'apply', cancel: 'cancel', list: 'rules', state: 'state' };
   for (const name of Object.keys(ui)) ui[name] = byId(ui[name]);
-  page.change = new Change(stage, stage.models[0], info, ui);
-  page.ask.onFace = (face) => page.change.point(face);
+  page.change = page.tiles ? null : new Change(stage, stage.models[0], info, ui);
+  page.ask.onFace = (face) => page.change?.point(face);
   if (info.rules) byId('rules-file').textContent = `Rules are kept in ${info.rules}.`;
   if (!info.changes) {
     byId('cannot').hidden = false;
@@ -204,12 +218,13 @@ function setUpShare(page) {
 
 async function main() {
   for (const button of document.querySelectorAll('[data-tab]')) button.addEventListener('click', () => showTab(button.dataset.tab));
-  const info = await getJson('page.json'), page = new Page(info);
-  document.title = `${info.results[0].name} – gpvc view`;
+  const info = await getJson('page.json'), tiles = info.tileset ? await Tiles.load() : null, page = new Page(info, tiles);
+  document.title = `${info.tileset ?? info.results[0].name} – gpvc view`;
   if (info.live)
     listen((news) => page.change?.hear(news, () => page.reload()).catch((error) => say(error.message)),
       (gone) => gone && say('gpvc view has ended: the page shows what it has, and answers nothing more.'));
-  await page.load(info.results.length > 1 ? [0, 1] : [0]);
+  if (tiles) page.loadTiles();
+  else await page.load(info.results.length > 1 ? [0, 1] : [0]);
   setUpLook(page);
   setUpBeside(page);
   setUpTools(page);

@@ -5,6 +5,7 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 const kFieldOfView = 50, kFlight = 500; // degrees; milliseconds
 
 export class Stage {
+  /// \param up of the scene
   constructor(canvas, up) {
     this.canvas = canvas;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
@@ -13,11 +14,10 @@ export class Stage {
     this.renderer.autoClear = false;
     this.most = this.renderer.capabilities.maxTextureSize;
     this.camera = new THREE.PerspectiveCamera(kFieldOfView, 1, 0.1, 1000);
-    this.camera.up.set(...up).normalize();
-    this.up = this.camera.up.clone();
+    this.turn(new THREE.Vector3(...up));
     this.scene = new THREE.Scene();
     this.over = new THREE.Scene(); // drawn on top: frustums, photos, lines
-    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls = new OrbitControls(this.camera, canvas); // after the camera has its up direction
     this.controls.zoomToCursor = true;
     this.controls.addEventListener('change', () => this.redraw());
     this.keys = new Set();
@@ -27,6 +27,11 @@ export class Stage {
     this.frames = { count: 0, since: performance.now(), rate: 0 };
     this.onFrame = [];
     this.listen();
+  }
+
+  turn(up) {
+    this.up = up.normalize();
+    this.camera.up.copy(this.up);
   }
 
   listen() {
@@ -120,6 +125,7 @@ export class Stage {
     if (this.walk(Math.min(0.1, (now - (this.last ?? now)) / 1000))) this.redraw();
     this.last = now;
     this.setDepthRange();
+    for (const model of this.models) model.update?.(this.camera, this.canvas.clientHeight);
     for (const call of this.beforeDraw ?? []) call();
     this.draw();
     const { frames } = this;
@@ -183,13 +189,17 @@ export class Stage {
   /// The surface under a pixel, in doubles: the face's number in drawing order, and the point less the model's origin; null: none.
   pick(x, y) {
     const which = this.models.length > 1 && x > this.canvas.clientWidth * this.split ? 1 : 0;
+    const at = new THREE.Vector3((2 * (Math.floor(x) + 0.5)) / this.canvas.clientWidth - 1, 1 - (2 * (Math.floor(y) + 0.5)) / this.canvas.clientHeight, 0.5);
+    if (this.models[which].hit) {
+      const point = this.models[which].hit(at, this.camera);
+      return point && { face: null, which, model: this.models[which], point };
+    }
     const face = this.facesAround(x, y, 0, which)[0];
     this.redraw();
     if (face < 0) return null;
     const model = this.models[which], p = model.data.positions, shift = model.group.position;
     const corner = (i) => new THREE.Vector3(p[9 * face + 3 * i], p[9 * face + 3 * i + 1], p[9 * face + 3 * i + 2]).add(shift);
     const [a, b, c] = [corner(0), corner(1), corner(2)];
-    const at = new THREE.Vector3((2 * (Math.floor(x) + 0.5)) / this.canvas.clientWidth - 1, 1 - (2 * (Math.floor(y) + 0.5)) / this.canvas.clientHeight, 0.5);
     const ray = at.unproject(this.camera).sub(this.camera.position).normalize();
     const normal = b.clone().sub(a).cross(c.clone().sub(a));
     const along = normal.dot(a.clone().sub(this.camera.position)) / normal.dot(ray);
