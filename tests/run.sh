@@ -43,13 +43,13 @@ fi
 
 for group in "${packages[@]}"; do "$root/app/setup/install_packages.sh" "$group"; done
 
-# Khronos' glTF validator, three.js and the viewers of 3D Tiles come from the npm registry; everything else from Debian.
+# Khronos' glTF validator, three.js, esbuild and the viewers of 3D Tiles come from the npm registry; everything else from Debian.
 node_modules=$root/build/node/node_modules
-for package in gltf-validator three 3d-tiles-renderer cesium; do
+for package in gltf-validator three esbuild 3d-tiles-renderer cesium; do
   if [ ! -d "$node_modules/$package" ]; then
     mkdir -p "$root/build/node"
     npm install --silent --no-audit --no-fund --prefix "$root/build/node" \
-      gltf-validator@2.0.0-dev.3.10 three@0.170.0 3d-tiles-renderer@0.5.3 cesium@1.145.0
+      gltf-validator@2.0.0-dev.3.10 three@0.170.0 esbuild@0.24.2 3d-tiles-renderer@0.5.3 cesium@1.145.0
     break
   fi
 done

@@ -73,12 +73,27 @@ std::optional<EarlierRun> earlier_run(const fs::path& result) {
 }
 
 SceneInput scene_of(const ViewOptions& options, const EarlierRun& earlier) {
-  if (options.input.scene.empty()) {
-    SceneInput input = earlier.options.input;
-    if (options.input.images_dir) input.images_dir = options.input.images_dir;
-    return input;
+  // What is not given is as it was: reduced photos, masks, views.
+  const SceneInput& given = options.input;
+  SceneInput input = earlier.options.input;
+  if (!given.scene.empty()) {
+    input.scene = given.scene;
+    input.mesh = given.mesh;
+    input.more_meshes.clear();
+    input.images_dir = given.images_dir;
   }
-  return options.input;
+  if (given.images_dir) input.images_dir = given.images_dir;
+  if (given.masks_dir) input.masks_dir = given.masks_dir;
+  if (!given.masks) input.masks = false;
+  if (!given.views.empty()) input.views = given.views;
+  if (!given.exclude_views.empty()) input.exclude_views = given.exclude_views;
+  if (given.downscale != 1) input.downscale = given.downscale;
+  if (!given.mesh_crs.empty()) input.mesh_crs = given.mesh_crs;
+  if (given.skip_bad_photos) input.skip_bad_photos = true;
+  if (!given.bands.empty()) input.bands = given.bands;
+  if (!given.bands_by_name) input.bands_by_name = false;
+  if (!given.composite.empty()) input.composite = given.composite;
+  return input;
 }
 
 bool has_files(const SceneInput& input) {

@@ -24,7 +24,7 @@ std::vector<std::string> words_to_change(const EarlierRun& earlier, const std::f
 /// Of a result of gpvc texture, tileset or compare; nullopt where the folder holds none, or one whose command line this version does not know.
 std::optional<EarlierRun> earlier_run(const std::filesystem::path& result);
 
-/// The scene, mesh and photos given, or else those of the earlier run.
+/// The scene, mesh and photos given, and what is not given as it was in the earlier run.
 SceneInput scene_of(const ViewOptions& options, const EarlierRun& earlier);
 /// True if scene, meshes and the folder of photos are there.
 bool has_files(const SceneInput& input);

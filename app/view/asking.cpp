@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -16,11 +17,26 @@ namespace {
 
 constexpr std::size_t kTakenBytes = std::size_t{600} << 20;  // of photos that are kept decoded
 
-// What makes a photo other than the best, in words for people.
-std::string plain_words(const query::PhotoOfPoint& photo) {
+// A photo that shows the point, against the one that costs least: "21 % coarser, 71 degrees off; along a silhouette 0.050".
+std::string plain_words(const query::PhotoOfPoint& photo, const query::PhotoOfPoint& best) {
   if (photo.reason != query::Reason::shown) return query::reason_words(photo);
-  if (!photo.cost) return "shows it, but sees the face in part where others see it whole";
-  return query::cost_words(photo) == "nothing" ? "the best there is" : query::cost_words(photo);
+  if (!photo.cost) return "no candidate: it sees the face in part, or along a silhouette, where others see it better";
+  if (photo.view == best.view) return "costs least";
+  std::string words;
+  const auto add = [&](const std::string& more) { words += (words.empty() ? "" : ", ") + more; };
+  const double ratio = photo.sharpness.gsd / best.sharpness.gsd;
+  if (ratio > 1.03) add(fmt::format("{:.0f} % coarser", 100 * (ratio - 1)));
+  if (ratio < 0.97) add(fmt::format("{:.0f} % sharper", 100 * (1 - ratio)));
+  const bool but = ratio < 0.97 && photo.sharpness.angle > best.sharpness.angle + 5;
+  if (std::abs(photo.sharpness.angle - best.sharpness.angle) > 5)
+    words += fmt::format("{}{:.0f}° off, not {:.0f}°",
+                         words.empty() ? ""
+                         : but         ? " but "
+                                       : ", ",
+                         photo.sharpness.angle, best.sharpness.angle);
+  const std::string cost = query::cost_words(photo);
+  if (words.empty()) return cost == "nothing" ? "as good" : cost;
+  return cost == "nothing" ? words : words + "; " + cost;
 }
 
 }  // namespace
@@ -48,7 +64,8 @@ evaluate::Json Asking::answer(const WorldPoint& place, std::optional<FaceId> fac
   }
   const query::PointAnswer answer = finder_.photos_of(*point);
   evaluate::Json json = query::photos_json(scene(), answer, scene_.judgement != nullptr);
-  for (std::size_t i = 0; i < answer.photos.size(); ++i) json["photos"][i]["plain"] = plain_words(answer.photos[i]);
+  for (std::size_t i = 0; i < answer.photos.size(); ++i)
+    json["photos"][i]["plain"] = plain_words(answer.photos[i], answer.photos.front());
   json["at"] = evaluate::point_json(point->at);
   json["at_file"] = evaluate::point_json(places_.in_file(*point));
   const auto in_system = places_.in_system(*point);

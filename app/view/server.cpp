@@ -6,7 +6,6 @@
 #include <exception>
 #include <thread>
 
-#include "app/results/observer.h"
 #include "app/view/events.h"
 #include "app/view/guard.h"
 #include "app/view/http_server.h"
@@ -51,16 +50,6 @@ void set(httplib::Response& to, const Reply& reply) {
 }
 
 }  // namespace
-
-Reply bytes_reply(std::string type, std::string bytes) {
-  return {200, std::move(type), std::make_shared<const std::string>(std::move(bytes)), {}, {}};
-}
-
-Reply text_reply(int status, const std::string& text) {
-  Reply reply = bytes_reply("text/plain; charset=utf-8", results::printable(text));
-  reply.status = status;
-  return reply;
-}
 
 struct Server::State {
   State(Answer given, const ServerOptions& with) : answer(std::move(given)), options(with), http(with) {}

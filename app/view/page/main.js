@@ -141,14 +141,18 @@ function setUpBeside(page) {
     });
   });
   name();
-  for (const id of ['slider', 'names', 'which', 'compares']) byId(id).hidden = false;
-  stage.split = 0.5;
-  slider.addEventListener('input', () => {
-    stage.split = slider.value / 1000;
+  for (const id of ['slider', 'divider', 'names', 'which', 'compares']) byId(id).hidden = false;
+  page.divide = (share) => {
+    stage.split = share;
+    slider.value = 1000 * share;
+    byId('divider').style.left = `${100 * share}%`;
     stage.redraw();
-  });
+  };
+  page.divide(0.5);
+  slider.addEventListener('input', () => page.divide(slider.value / 1000));
   byId('difference').addEventListener('change', (event) => {
     stage.compose = event.target.checked ? () => difference.draw(stage) : null;
+    byId('divider').hidden = event.target.checked;
     stage.redraw();
   });
 }
@@ -194,8 +198,7 @@ function setUpShare(page) {
     const place = placeIn(location.hash, stage.models[0].origin);
     if (!place) return;
     stage.place(place);
-    stage.split = stage.models.length > 1 ? place.split : 1;
-    byId('slider').value = 1000 * place.split;
+    page.divide?.(place.split);
     await page.colours.show(place.mode);
   };
   addEventListener('hashchange', page.go);

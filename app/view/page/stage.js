@@ -203,7 +203,9 @@ export class Stage {
     const ray = at.unproject(this.camera).sub(this.camera.position).normalize();
     const normal = b.clone().sub(a).cross(c.clone().sub(a));
     const along = normal.dot(a.clone().sub(this.camera.position)) / normal.dot(ray);
-    const point = Number.isFinite(along) ? this.camera.position.clone().addScaledVector(ray, along) : a;
+    // The graphics card finds faces in less than doubles: at a rim the ray may pass the face that it names.
+    const onPlane = Number.isFinite(along) ? this.camera.position.clone().addScaledVector(ray, along) : a;
+    const point = new THREE.Triangle(a, b, c).closestPointToPoint(onPlane, new THREE.Vector3());
     return { face, which, model, point };
   }
 
