@@ -64,6 +64,11 @@ struct OpenScene {
   }
 };
 
+std::string name_of(const fs::path& result) {
+  const fs::path path = fs::absolute(result).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 // What to look at: a result, or each mode of a comparison; none for a tileset.
 std::vector<view::NamedResult> results_in(const ViewOptions& options) {
   std::vector<view::NamedResult> results;
@@ -73,7 +78,7 @@ std::vector<view::NamedResult> results_in(const ViewOptions& options) {
     if (io::is_file(given / "report.json"))
       for (const fs::path& mode : results_of_comparison(given)) results.push_back({mode.filename().string(), mode});
     else
-      results.push_back({given.lexically_normal().string(), given});
+      results.push_back({name_of(given), given});
   }
   if (results.empty())
     throw InputError(options.result, "", "is a comparison without models: gpvc compare --keep-models keeps them");

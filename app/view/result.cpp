@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <functional>
-#include <future>
 #include <numeric>
 
 #include "app/ortho/surface.h"
-#include "app/pipeline/texture_files.h"
 #include "io/file_bytes.h"
+#include "io/model_pages.h"
 #include "io/npy.h"
 #include "io/paths.h"
 
@@ -21,32 +20,21 @@ namespace fs = std::filesystem;
 
 constexpr int kQuarterQuality = 85, kFullQuality = 95;
 
-// The file of a page that gpvc wrote beside its model; empty: there is none.
-fs::path page_file(const fs::path& folder, std::size_t number) {
-  for (const auto& [name, format] : io::kImageFormatNames) {
-    const fs::path file = folder / pipeline::page_name(number, format);
-    if (io::is_file(file)) return file;
-  }
-  return {};
+// A page of any number of results, in the folder for what is made of them.
+ResultPage new_page(const ScratchFolder& scratch) {
+  static std::atomic<unsigned> serial = 0;
+  const std::string name = fmt::format("page-{}", serial++);
+  ResultPage page;
+  page.file = scratch.path() / (name + ".jpg");
+  page.quarter = scratch.path() / (name + "-quarter.jpg");
+  return page;
 }
 
-ResultPage stored(const fs::path& folder, std::size_t number, bool beside, const Image& image,
-                  const ScratchFolder& scratch) {
-  static std::atomic<unsigned> serial = 0;
-  ResultPage page;
-  page.width = image.width;
-  page.height = image.height;
-  const std::string name = fmt::format("page-{}", serial++);
-  if (beside) page.file = page_file(folder, number);
-  if (page.file.empty()) {
-    page.file = scratch.path() / (name + ".jpg");
-    io::write_image(page.file, image, io::ImageFormat::jpg, kFullQuality);
-  }
-  page.quarter = scratch.path() / (name + "-quarter.jpg");
-  io::write_image(page.quarter, io::reduce_image(image, std::clamp(std::min(image.width, image.height), 1, 4)),
-                  io::ImageFormat::jpg, kQuarterQuality);
+void describe(ResultPage& page) {
+  const io::ImageSize size = io::read_image_size(page.file);
+  page.width = size.width;
+  page.height = size.height;
   page.key = fmt::format("{:016x}", std::hash<std::string_view>{}(io::FileBytes(page.file).view()));
-  return page;
 }
 
 template <typename T>
@@ -87,16 +75,20 @@ Result read_result(const fs::path& from, const ScratchFolder& scratch) {
   Result result;
   result.model_file = models.front();
   result.folder = result.model_file.parent_path();
-  const bool beside = result.model_file.filename() == "model.obj";
-  std::vector<std::future<ResultPage>> pages;
-  io::LoadedModel loaded = io::read_textured_model(result.model_file, [&](std::size_t number, Image page) {
-    // Two at a time: the next page is decoded meanwhile, and no third one is held.
-    if (pages.size() > 1) pages[pages.size() - 2].wait();
-    pages.push_back(std::async(std::launch::async, [&, number, page = std::move(page)] {
-      return stored(result.folder, number, beside, page, scratch);
-    }));
-  });
-  for (auto& page : pages) result.pages.push_back(page.get());
+  std::vector<fs::path> files;
+  const auto take_page = [&](std::size_t number, const Image& page) {
+    if (result.pages.size() <= number) result.pages.resize(number + 1);
+    result.pages[number] = new_page(scratch);
+    io::write_image(result.pages[number].file, page, io::ImageFormat::jpg, kFullQuality);
+  };
+  io::LoadedModel loaded = io::read_model_pages(result.model_file, take_page, files);
+  for (const fs::path& file : files) {
+    result.pages.push_back(new_page(scratch));
+    result.pages.back().file = file;
+  }
+  // Numbers without a page are images of a glTF that no face shows.
+  for (ResultPage& page : result.pages)
+    if (!page.file.empty()) describe(page);
   result.mesh = std::move(loaded.mesh);
   result.model = std::move(loaded.model);
   result.offset = loaded.offset;
@@ -104,6 +96,13 @@ Result read_result(const fs::path& from, const ScratchFolder& scratch) {
     throw InputError(result.model_file, "", "has no textured face");
   read_arrays(result);
   return result;
+}
+
+void make_quarter(const ResultPage& page) {
+  if (io::is_file(page.quarter)) return;
+  const Image image = io::read_image(page.file);
+  io::write_image(page.quarter, io::reduce_image(image, std::clamp(std::min(image.width, image.height), 1, 4)),
+                  io::ImageFormat::jpg, kQuarterQuality);
 }
 
 std::string media_type(const fs::path& image) {

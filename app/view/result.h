@@ -15,7 +15,7 @@ namespace gpvc::view {
 
 struct ResultPage {
   std::filesystem::path file;     ///< as it is in the result, or written anew where the model holds it
-  std::filesystem::path quarter;  ///< a JPEG of a quarter of its width and height
+  std::filesystem::path quarter;  ///< where make_quarter() writes it
   int width = 0, height = 0;
   std::string key;  ///< the same for the same bytes: pages that an edit keeps are not sent again
 };
@@ -31,8 +31,11 @@ struct Result {
   std::vector<ResultPage> pages;
 };
 
-/// Reads the model of a result, or a model by its file. Each page is decoded once, for its quarter. Throws InputError, OutputError.
+/// Reads the model of a result, or a model by its file; of pages that are files the sizes alone. Throws InputError, OutputError.
 Result read_result(const std::filesystem::path& from, const ScratchFolder& scratch);
+
+/// Writes a JPEG of a quarter of the page's width and height; again does nothing. Throws InputError, OutputError.
+void make_quarter(const ResultPage& page);
 
 /// "image/jpeg"; by the file's first bytes.
 std::string media_type(const std::filesystem::path& image);

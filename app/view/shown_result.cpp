@@ -69,10 +69,16 @@ Reply ShownResult::answer(const std::string& path) {
   if (path == "geometry") return {200, "application/octet-stream", geometry_, {}, {}};
   const auto& pages = result_.pages;
   if (const auto page = number_behind(path, "pages/", pages.size())) return file_reply(pages[*page].file);
-  if (const auto page = number_behind(path, "quarters/", pages.size())) return file_reply(pages[*page].quarter);
+  if (const auto page = number_behind(path, "quarters/", pages.size())) return quarter(pages[*page]);
   constexpr std::string_view kValues = "values/";
   if (path.starts_with(kValues)) return values(path.substr(kValues.size()));
   return text_reply(404, "not found");
+}
+
+Reply ShownResult::quarter(const ResultPage& page) {
+  const std::lock_guard lock(quarters_);
+  make_quarter(page);
+  return file_reply(page.quarter);
 }
 
 Reply ShownResult::model_json() const {

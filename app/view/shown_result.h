@@ -27,12 +27,14 @@ class ShownResult {
 
  private:
   Reply model_json() const;
+  Reply quarter(const ResultPage& page);
   Reply values(const std::string& name);
 
   Result result_;
   std::shared_ptr<const Asking> asking_;
   DrawnModel drawn_;
   std::shared_ptr<const std::string> geometry_;
+  std::mutex quarters_;  ///< held while one is made: pages are large
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const std::string>> values_;
 };

@@ -16,27 +16,38 @@
 #include "io/meshes/gltf_nodes.h"
 #include "io/meshes/mesh_file.h"
 #include "io/meshes/obj_materials.h"
+#include "io/model_pages.h"
 #include "io/number_text.h"
 #include "io/textured_model.h"
 
 namespace gpvc::io {
 namespace {
 
+/// Where pages go: decoded to `take`, or, with `files`, by their paths to that.
+struct PageUse {
+  const TakePage& take;
+  std::vector<fs::path>* files = nullptr;
+};
+
 /// Pages in order of first use; several materials may share one file.
 class PageList {
  public:
-  PageList(const fs::path& model, const TakePage& take_page) : model_(model), take_page_(take_page) {}
+  PageList(const fs::path& model, const PageUse& use) : model_(model), use_(use) {}
   std::uint32_t page(const std::string& name) {
     const fs::path file = image_beside(model_, name);
     const auto [place, fresh] = pages_.try_emplace(file, static_cast<std::uint32_t>(pages_.size()));
     if (!fresh) return place->second;
+    if (use_.files) {
+      use_.files->push_back(file);
+      return place->second;
+    }
     Image image;
     try {
       image = read_image(file);
     } catch (const InputError& found) {
       throw InputError(model_, "texture", reason_of(model_, found.what()));
     }
-    take_page_(place->second, std::move(image));
+    use_.take(place->second, std::move(image));
     return place->second;
   }
   std::vector<fs::path> files() const {
@@ -47,7 +58,7 @@ class PageList {
 
  private:
   fs::path model_;
-  const TakePage& take_page_;
+  const PageUse& use_;
   std::map<fs::path, std::uint32_t> pages_;
 };
 
@@ -73,14 +84,14 @@ void clamp_face(const fs::path& file, std::size_t face, TexturedModel& model) {
   }
 }
 
-LoadedModel read_textured_obj(const fs::path& file, const TakePage& take_page) {
+LoadedModel read_textured_obj(const fs::path& file, const PageUse& use) {
   const FileBytes bytes(file);
   LoadedModel result;
   ObjTexture texture;
   result.mesh = read_obj(file, without_byte_order_mark(bytes.view()), &texture);
   refuse_faceless(file, result.mesh);
   recut_concave(result.mesh, texture.corners);
-  PageList pages(file, take_page);
+  PageList pages(file, use);
   std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
   std::vector<bool> clamped(texture.materials.size(), false);
   for (const ObjMaterial& material : read_materials(file, texture.libraries)) {
@@ -110,14 +121,14 @@ LoadedModel read_textured_obj(const fs::path& file, const TakePage& take_page) {
   return result;
 }
 
-LoadedModel read_textured_ply(const fs::path& file, const TakePage& take_page) {
+LoadedModel read_textured_ply(const fs::path& file, const PageUse& use) {
   const FileBytes bytes(file);
   const std::string_view text = without_byte_order_mark(bytes.view());
   if (!text.starts_with("ply")) throw InputError(file, "line 1", "expected 'ply'");
   LoadedModel result;
   PlyTexture texture;
   result.mesh = read_ply(file, text, &texture);
-  PageList pages(file, take_page);
+  PageList pages(file, use);
   std::vector<std::uint32_t> page_of_file;
   for (const std::string& name : texture.files) page_of_file.push_back(pages.page(name));
   texture.corners.resize(result.mesh.faces.size(), {});  // strips have none
@@ -252,6 +263,19 @@ void check_numbers(const fs::path& file, LoadedModel& loaded) {
       throw InputError(file, "texture coordinate " + std::to_string(i), "is not finite");
 }
 
+LoadedModel read_any(const fs::path& file, const PageUse& use) {
+  const std::string extension = lower_case(file.extension().string());
+  const bool gltf = extension == ".glb" || extension == ".gltf";
+  const bool ply = extension == ".ply";
+  if (!gltf && !ply && extension != ".obj")
+    throw InputError(file, "", "expected a textured model, .obj, .glb, .gltf or .ply");
+  LoadedModel loaded = gltf  ? read_textured_gltf(file, use.take)
+                       : ply ? read_textured_ply(file, use)
+                             : read_textured_obj(file, use);
+  check_numbers(file, loaded);
+  return loaded;
+}
+
 }  // namespace
 
 WorldPoint read_offset(const fs::path& model) {
@@ -272,20 +296,16 @@ bool reaches_beyond_page(const TexturedModel& model, std::size_t face) {
 }
 
 LoadedModel read_textured_model(const fs::path& file, const TakePage& take_page) {
-  const std::string extension = lower_case(file.extension().string());
-  const bool gltf = extension == ".glb" || extension == ".gltf";
-  const bool ply = extension == ".ply";
-  if (!gltf && !ply && extension != ".obj")
-    throw InputError(file, "", "expected a textured model, .obj, .glb, .gltf or .ply");
   std::vector<Image> pages;
   const TakePage keep = [&pages](std::size_t, Image page) { pages.push_back(std::move(page)); };  // by number
-  const TakePage& take = take_page ? take_page : keep;
-  LoadedModel loaded = gltf  ? read_textured_gltf(file, take)
-                       : ply ? read_textured_ply(file, take)
-                             : read_textured_obj(file, take);
+  LoadedModel loaded = read_any(file, {take_page ? take_page : keep});
   loaded.pages = std::move(pages);
-  check_numbers(file, loaded);
   return loaded;
+}
+
+LoadedModel read_model_pages(const fs::path& file, const TakePage& take_page, std::vector<fs::path>& files) {
+  files.clear();
+  return read_any(file, {take_page, &files});
 }
 
 }  // namespace gpvc::io

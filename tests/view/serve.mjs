@@ -31,7 +31,7 @@ export async function ready(page) {
   await page.evaluate(`new Promise((done, fail) => {
     const start = performance.now(), look = setInterval(() => {
       const late = performance.now() - start > 30000;
-      if (!document.documentElement.dataset.ready && !late) return;
+      if (!document.documentElement.dataset.textured && !late) return;
       clearInterval(look);
       late ? fail(new Error(document.getElementById('message').textContent)) : done();
     }, 20);

@@ -42,7 +42,8 @@ class Page {
     }
     this.numbers = numbers;
     this.stage.resize();
-    await Promise.all(models.map((model) => model.loadQuarters(this.stage.most)));
+    // Until its page is there, a face is shaded by its direction.
+    this.textured = Promise.all(models.map((model) => model.loadQuarters(this.stage.most))).then(() => say(''), (error) => say(error.message));
   }
 
   /// A tileset, which loads what is in sight by itself.
@@ -233,7 +234,7 @@ async function main() {
   setUpTools(page);
   setUpShare(page);
   await page.go();
-  say('');
+  say(tiles ? '' : 'Loading the texture ...');
   const { stage } = page;
   let later = 0;
   stage.onFrame.push(() => {
@@ -242,6 +243,7 @@ async function main() {
     later = setTimeout(() => stage.models.forEach((model) => model.sharpen(stage.camera, stage.canvas.height, stage.most)), 200);
   });
   stage.redraw();
+  Promise.resolve(page.textured).then(() => (document.documentElement.dataset.textured = 'yes'));
   window.view = page; // for tests and for those who write scripts
   document.documentElement.dataset.ready = 'yes';
 }

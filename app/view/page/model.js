@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import { getBytes, getImage, getJson } from './api.js';
 import { fragmentShader, kWide, vertexShader } from './shader.js';
 
-const kFullTexels = 3 * 8192 * 8192; // of pages that are kept at their full size
+const kFullTexels = 2 * 8192 * 8192; // of pages that are kept at their full size
 
 /// A texture of one value a face.
 export function faceTexture(values, format, type) {
@@ -64,9 +64,8 @@ export class Model {
     const kept = new Map((earlier?.pages ?? []).map((page) => [page.key, page]));
     this.pages = this.info.pages.map((page, n) => {
       const old = kept.get(page.key);
-      const texture = old?.texture ?? new THREE.DataTexture(new Uint8Array([150, 150, 150, 255]), 1, 1);
-      if (!old) texture.needsUpdate = true;
-      return { ...page, number: n, texture, uniform: { value: texture }, loaded: old?.loaded ?? 0, texel: Infinity, wanted: 0 };
+      const texture = old?.texture ?? null;
+      return { ...page, number: n, texture, uniform: { value: texture }, shown: { value: Boolean(texture) }, loaded: old?.loaded ?? 0, texel: Infinity, wanted: 0 };
     });
     this.reused = this.pages.filter((page) => page.loaded > 0).length;
   }
@@ -76,7 +75,7 @@ export class Model {
     const position = new THREE.BufferAttribute(positions, 3), at = new THREE.BufferAttribute(uv, 2, !wide);
     const material = (page) => new THREE.RawShaderMaterial({
       glslVersion: THREE.GLSL3, vertexShader, fragmentShader, side: THREE.DoubleSide,
-      uniforms: { ...this.shared, page: page?.uniform ?? { value: this.values.none }, textured: { value: Boolean(page) } },
+      uniforms: { ...this.shared, page: page?.uniform ?? { value: this.values.none }, textured: page?.shown ?? { value: false } },
     });
     const bare = material(null), materials = this.pages.map(material);
     for (const block of blocks) {
@@ -125,8 +124,9 @@ export class Model {
       texture.anisotropy = 4;
       texture.onUpdate = () => image.close();
       texture.needsUpdate = true;
-      page.texture.dispose();
+      page.texture?.dispose();
       page.texture = page.uniform.value = texture;
+      page.shown.value = true;
       page.loaded = level;
       this.redraw();
     } finally {
@@ -172,7 +172,7 @@ export class Model {
   }
 
   dispose(heir) {
-    for (const page of this.pages) if (!heir?.pages.some((other) => other.texture === page.texture)) page.texture.dispose();
+    for (const page of this.pages) if (!heir?.pages.some((other) => other.texture === page.texture)) page.texture?.dispose();
     this.group.children.forEach((mesh) => mesh.geometry.dispose());
     this.marks.dispose();
   }
