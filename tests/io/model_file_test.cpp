@@ -1,9 +1,11 @@
 #include <tiny_gltf.h>
 
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "io/mesh.h"
+#include "io/model_pages.h"
 #include "io/textured_model.h"
 #include "tests/atlas/strip_model.h"
 
@@ -266,6 +268,26 @@ TEST(ReadTexturedModel, ReadsBothOwnContainersBack) {
 
 // A square and two triangles, as OpenMVS and MeshLab write them: v runs upwards. The last two faces have no texture: no
 // coordinates, and a page below 0.
+TEST(ReadModelPages, GivesTheFilesOfAnObjWithoutReadingThem) {
+  const StripModel test;
+  const auto obj = test.folder.path() / "m.obj", glb = test.folder.path() / "m.glb";
+  write_obj(obj, test.model, test.pages, {});
+  write_glb(glb, test.model, test.pages, {});
+  std::vector<std::filesystem::path> files;
+  std::size_t taken = 0;
+  const auto take = [&taken](std::size_t, const Image&) { ++taken; };
+  const LoadedModel whole = read_textured_model(obj);
+  EXPECT_EQ(read_model_pages(glb, take, files).pages.size(), 0u);
+  EXPECT_EQ(taken, 2u) << "pages inside a file are handed on";
+  EXPECT_TRUE(files.empty());
+  for (const PageFile& page : test.pages) std::ofstream(page.file) << "no image";
+  const LoadedModel loaded = read_model_pages(obj, take, files);
+  EXPECT_EQ(taken, 2u);
+  EXPECT_EQ(loaded.model.face_page, whole.model.face_page);
+  ASSERT_EQ(files.size(), 2u);
+  for (std::size_t n = 0; n < 2; ++n) EXPECT_TRUE(std::filesystem::equivalent(files[n], test.pages[n].file));
+}
+
 TEST(ReadTexturedModel, ReadsPlyWithTextureFiles) {
   const StripModel test;
   const std::string header =
