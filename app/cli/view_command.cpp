@@ -140,15 +140,18 @@ void write_export(view::Session& session, const ViewOptions& options, Console& c
 void run_view(const ViewOptions& options, Console& console) {
   if (view::page_files().empty())
     throw Error(
-        "the page is not part of this program: node and npm were missing when it was built (Debian: "
-        "app/setup/install_packages.sh view, then build again)");
+        "the page is not part of this program: node, npm or its packages were missing when it was built (Debian: "
+        "app/setup/install_packages.sh view, then configure and build again)");
   RunRecord record(console);
   results::OutputFolder::finish_interrupted(options.result);
   view::SessionInput input;
   input.results = results_in(options);
   if (input.results.empty()) input.tileset = options.result;
-  const fs::path first = input.results.empty() ? options.result : input.results.front().folder;
-  const std::optional<EarlierRun> earlier = earlier_run(options.result);
+  fs::path first = input.results.empty() ? options.result : input.results.front().folder;
+  std::error_code none;
+  const bool is_folder = fs::is_directory(options.result, none);
+  const std::optional<EarlierRun> earlier = earlier_run(is_folder ? options.result : options.result.parent_path());
+  if (!is_folder) first = first.parent_path();
   std::optional<OpenScene> scene;
   if (const SceneInput from = scene_of(options, earlier.value_or(EarlierRun{})); has_files(from)) {
     scene.emplace(read_scene_input(from, record), earlier ? earlier->options.settings : pipeline::Settings{});
@@ -160,7 +163,7 @@ void run_view(const ViewOptions& options, Console& console) {
     if (earlier)
       console.note("its scene, mesh or photos are not where they were: SCENE and MESH say where they are now");
   }
-  if (scene && earlier && earlier->changes && input.scene->judgement && options.export_to.empty())
+  if (scene && earlier && earlier->changes && is_folder && input.scene->judgement && options.export_to.empty())
     input.changing = changing(options, *earlier, *scene, console);
   record.begin({"model"});
   std::optional<view::Server> server;

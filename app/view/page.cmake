@@ -87,6 +87,7 @@ if(found)
   endif()
   write_source(index.html text/html ${SOURCE}/index.html view.css text/css ${SOURCE}/view.css view.js text/javascript ${WORK}/view.js)
 else()
-  message("The page of gpvc view is left out: node and the npm packages three and esbuild were not there and could not be installed")
+  message("The page of gpvc view is left out: node and the npm packages three and esbuild were not there and could not "
+          "be installed. Without ${OUTPUT} the next build tries again")
   write_source()
 endif()

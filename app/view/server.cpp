@@ -122,7 +122,7 @@ struct Server::State {
 };
 
 Server::Server(Answer answer, const ServerOptions& options)
-    : state_(std::make_unique<State>(std::move(answer), options)) {
+    : state_(std::make_shared<State>(std::move(answer), options)) {
   State& state = *state_;
   httplib::Server& http = state.http;
   http.set_payload_max_length(options.most_body_bytes);

@@ -66,7 +66,7 @@ class Server {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  std::shared_ptr<State> state_;  ///< of this value alone
 };
 
 }  // namespace gpvc::view

@@ -1,6 +1,7 @@
 // A click: where the point is, which photo is shown there, and what all photos show or why they do not. Two clicks: how far.
 import * as THREE from 'three';
 import { getJson } from './api.js';
+import { kTags } from './colours.js';
 
 const kCut = 160; // pixels of a cut-out, shown at 1:1
 
@@ -69,7 +70,7 @@ export class Ask {
     const parts = [this.coordinates(answer.at_srs ? answer.srs : 'Point', answer.at_srs ?? answer.at_file)];
     if (answer.at_srs) parts.push(this.coordinates("Mesh's file", answer.at_file));
     parts.push(make('p', `Face ${answer.faces[0]}`));
-    parts.push(this.heading(shown, found));
+    parts.push(this.heading(shown, found), this.tag(found));
     const strip = make('div', '', 'strip'), others = make('ul', '', 'others');
     for (const photo of answer.photos) if (photo.shows) strip.append(this.cut(photo)); else others.append(this.other(photo));
     parts.push(make('h3', `${answer.shown} of ${answer.photos.length} photos show it`), strip);
@@ -84,12 +85,20 @@ export class Ask {
       line.textContent = `Shows ${shown.name}: ${sizeText(shown.gsd)} a pixel, ${shown.angle.toFixed(0)}° off`;
       return line;
     }
-    if (!found.model.info.values.includes('photo')) return line;
+    if (found.face === null || !found.model.info.values.includes('photo')) return line;
     line.textContent = '…';
     found.model.valuesOf('photo').then(({ array }) => {
       const photo = array[found.face];
       line.textContent = photo === photo ? `Shows ${this.info.photos[photo] ?? photo}` : 'No photo shows this face: filled from its surroundings';
     });
+    return line;
+  }
+
+  /// Whether the photos see the face whole.
+  tag(found) {
+    const line = make('p', '', 'remark');
+    if (found.face !== null && found.model.info.values.includes('tag'))
+      found.model.valuesOf('tag').then(({ array }) => (line.textContent = `This face is ${kTags[array[found.face]]}.`));
     return line;
   }
 

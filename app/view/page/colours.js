@@ -6,7 +6,7 @@ const kModes = {
   none: ['Texture'], photo: ['Photo shown', 'kinds'], tag: ['Seen, in parts, filled', 'tags'], gsd: ['Ground sampling distance', 'low'],
   angle: ['Angle of view', 'angle'], photos: ['Number of photos', 'count'], changed: ['Other photo than beside', 'changed'],
 };
-const kTags = ['seen whole', 'seen in parts', 'filled: no photo', 'background in photos'];
+export const kTags = ['seen whole', 'seen in parts', 'filled: no photo shows it', 'background in most photos'];
 
 /// Below which a share of the values lies.
 function quantile(values, share) {
