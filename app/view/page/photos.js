@@ -107,7 +107,7 @@ export class Photos {
     this.stage.redraw();
   }
 
-  /// What the difference is taken from: the model as it is drawn now. Away from the photo's camera nothing is laid over.
+  /// What the difference is taken from: the models as they are drawn now. Away from the photo's camera nothing is laid over.
   beforeDraw() {
     if (!this.quad) return;
     const { stage } = this;
@@ -115,7 +115,7 @@ export class Photos {
     if (!this.quad.visible || !this.material.uniforms.compares.value) return;
     const size = stage.renderer.getDrawingBufferSize(this.material.uniforms.size.value);
     if (this.target.width !== size.x || this.target.height !== size.y) this.target.setSize(size.x, size.y);
-    stage.drawModel(0, this.target);
+    stage.drawModels(this.target);
     stage.renderer.setRenderTarget(null);
   }
 

@@ -150,24 +150,38 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
   }
 
-  draw() {
-    const { renderer } = this, size = renderer.getSize(new THREE.Vector2());
-    renderer.setRenderTarget(null);
-    renderer.setScissorTest(false);
-    renderer.clear();
-    if (this.compose) this.compose(this);
-    else {
-      const edge = this.models.length > 1 ? Math.round(size.x * this.split) : size.x;
-      renderer.setScissorTest(true);
-      [[0, 0, edge], [1, edge, size.x - edge]].forEach(([which, x, width]) => {
-        if (width <= 0 || !this.models[which]) return;
+  /// Each model on its side of the slider, on the screen or over `target`.
+  drawModels(target = null) {
+    const { renderer, models } = this, size = target ? { x: target.width, y: target.height } : renderer.getSize(new THREE.Vector2());
+    const scissor = (isOn, x = 0, width = size.x) => {
+      if (target) {
+        target.scissorTest = isOn;
+        target.scissor.set(x, 0, width, size.y);
+      } else {
+        renderer.setScissorTest(isOn);
         renderer.setScissor(x, 0, width, size.y);
-        this.models.forEach((model, i) => (model.group.visible = i === which));
-        renderer.render(this.scene, this.camera);
-      });
-      renderer.setScissorTest(false);
-    }
-    renderer.render(this.over, this.camera);
+      }
+      renderer.setRenderTarget(target);
+    };
+    scissor(false);
+    renderer.clear();
+    const edge = models.length > 1 ? Math.round(size.x * this.split) : size.x;
+    [[0, 0, edge], [1, edge, size.x - edge]].forEach(([which, x, width]) => {
+      if (width <= 0 || !models[which]) return;
+      scissor(true, x, width);
+      models.forEach((model, i) => (model.group.visible = i === which));
+      renderer.render(this.scene, this.camera);
+    });
+    scissor(false);
+  }
+
+  draw() {
+    if (this.compose) {
+      this.renderer.setRenderTarget(null);
+      this.renderer.clear();
+      this.compose(this);
+    } else this.drawModels();
+    this.renderer.render(this.over, this.camera);
   }
 
   /// Numbers of the faces in drawing order under the pixels of a square around x, y (CSS pixels), row by row from below; -1: none.
