@@ -1,12 +1,16 @@
 #include "app/view/pictures.h"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
+#include <string_view>
 #include <system_error>
 
 #include "io/error.h"
@@ -16,9 +20,30 @@ namespace gpvc::view {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+constexpr std::string_view kName = "gpvc-view-";
+
+// What processes have left that were killed: their number stands in the folder's name.
+void remove_abandoned(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    pid_t process = 0;
+    if (!name.starts_with(kName) || entry.is_symlink(ignored)) continue;
+    const auto read = std::from_chars(name.data() + kName.size(), name.data() + name.size(), process);
+    if (read.ec != std::errc{} || process <= 0 || kill(process, 0) == 0 || errno != ESRCH) continue;
+    fs::remove_all(entry.path(), ignored);
+  }
+}
+
+}  // namespace
+
 ScratchFolder::ScratchFolder() {
   std::error_code failed;
-  std::string name = (fs::temp_directory_path(failed) / "gpvc-view-XXXXXX").string();
+  const fs::path temporary = fs::temp_directory_path(failed);
+  if (!failed) remove_abandoned(temporary);
+  std::string name = (temporary / fmt::format("{}{}-XXXXXX", kName, getpid())).string();
   if (failed || mkdtemp(name.data()) == nullptr)
     throw OutputError(name, fmt::format("cannot be made: {}", std::strerror(errno)));
   path_ = name;

@@ -14,7 +14,7 @@
 
 namespace gpvc::view {
 
-/// A folder for files of one run, gone with this value. Throws OutputError.
+/// A folder for files of one run, gone with this value; that of a killed process goes when the next one is made. Throws OutputError.
 class ScratchFolder {
  public:
   ScratchFolder();

@@ -36,6 +36,9 @@ class Served {
     client_->set_read_timeout(120);
     root_ = address.substr(slash, address.find('\n') - slash);
   }
+  ~Served() {
+    if (program_.running()) end();
+  }
   bool serves() const { return client_.has_value(); }
   std::string get(const std::string& path, int status = 200) {
     auto answered = client_->Get(root_ + path);

@@ -2,6 +2,8 @@
 #include "app/view/job.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <fstream>
@@ -11,6 +13,7 @@
 #include <vector>
 
 #include "app/view/paths.h"
+#include "app/view/pictures.h"
 #include "app/view/selection.h"
 #include "app/view/tileset_files.h"
 #include "io/error.h"
@@ -126,6 +129,25 @@ TEST(ViewTileset, OnlyFilesOfTheTilesetCount) {
   EXPECT_THROW(tileset_files(folder.path()), InputError);
   std::ofstream(folder.path() / "tileset.json") << "[]";
   EXPECT_THROW(tileset_files(folder.path()), InputError);
+}
+
+TEST(ViewPictures, ScratchOfKilledProcessesGoes) {
+  const auto temporary = std::filesystem::temp_directory_path();
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  waitpid(child, nullptr, 0);
+  const auto abandoned = temporary / ("gpvc-view-" + std::to_string(child) + "-abcdef"),
+             alive = temporary / ("gpvc-view-" + std::to_string(getpid()) + "-abcdef");
+  for (const auto& folder : {abandoned, alive}) std::filesystem::create_directories(folder);
+  std::filesystem::path own;
+  {
+    const ScratchFolder scratch;
+    own = scratch.path();
+    EXPECT_TRUE(std::filesystem::is_directory(own));
+  }
+  EXPECT_FALSE(std::filesystem::exists(own));
+  EXPECT_FALSE(std::filesystem::exists(abandoned));
+  EXPECT_TRUE(std::filesystem::remove(alive)) << "another one may still be in use";
 }
 
 TEST(ViewPaths, NumbersAreWholeAndBelowTheCount) {
