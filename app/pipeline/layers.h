@@ -18,8 +18,7 @@ struct LayerPhotos {
   std::string name;    ///< of its folder
   const Scene& scene;  ///< the run's, with other photos of the same sizes
   io::PhotoSource& photos;
-  bool leveled =
-      false;  ///< seams are levelled and photos blended, as the run's settings say; else values stay as they are
+  bool leveled = false;  ///< as the run's settings say, with blending; else the values stay those of the photos
 };
 
 /// Throws InputError, which names the layer, where a used view of `layer` is not one of the run's: in its name or its size.
