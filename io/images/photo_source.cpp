@@ -19,7 +19,7 @@ void check_picture(const View& view, const Image& image) {
 }
 
 /// Null for a scene without bands.
-std::shared_ptr<const Samples> usable_samples(const Scene& scene, const View& view, Picture&& picture) {
+std::shared_ptr<const Samples> take_samples(const Scene& scene, const View& view, Picture& picture) {
   if (!scene.bands) return nullptr;
   const BandSet& bands = *scene.bands;
   const std::string expected = std::to_string(bands.bands.size()) + " bands of " +
@@ -49,7 +49,7 @@ PictureSource::PictureSource(const Scene& scene, std::vector<Picture> pictures) 
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     exclusions_.push_back(pictures[i].exclusion ? std::make_shared<const PhotoExclusion>(*pictures[i].exclusion)
                                                 : nullptr);
-    samples_.push_back(usable_samples(scene, scene.views[i], std::move(pictures[i])));
+    samples_.push_back(take_samples(scene, scene.views[i], pictures[i]));
     images_.push_back(usable_image(scene.views[i], std::move(pictures[i])));
   }
 }
@@ -84,8 +84,7 @@ struct CallbackSource::State {
       const View& view = scene.views.at(index(id));
       Picture picture = load(id);
       check_picture(view, picture.image);
-      MadePhoto made{usable_samples(scene, view, std::move(picture)), std::move(picture.image),
-                     std::move(picture.exclusion)};
+      MadePhoto made{take_samples(scene, view, picture), std::move(picture.image), std::move(picture.exclusion)};
       if (made.exclusion) paint_over(made.image, *made.exclusion);
       return std::make_shared<const MadePhoto>(std::move(made));
     });
