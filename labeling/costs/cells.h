@@ -51,7 +51,8 @@ struct Cells {
   std::size_t count() const { return sights.groups(); }
 };
 
-/// Sights of a cell: the largest ones, by pixels, as all pairs of them are compared. Of so many, the others are no one's choice.
+/// A cell has so many sights at most, those of the most pixels, because all pairs of them are compared. Further views show the cell
+/// smaller, and are seldom chosen.
 inline constexpr std::size_t kMostSights = 256;
 
 /// Where faces are larger than cells, each is a cell of one part. \param neighbours of all faces. O(records), TBB; the
