@@ -1,3 +1,4 @@
+// What a server answers with, as values; apart from server.cpp, which is left out where there is no library for HTTP.
 #include <utility>
 
 #include "app/results/observer.h"
