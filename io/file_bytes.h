@@ -6,10 +6,11 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "error.h"
 
@@ -34,8 +35,12 @@ class FileBytes {
   void unmap();
   std::string_view bytes_;
   void* mapping_ = nullptr;
-  std::vector<char> buffer_;
+  std::unique_ptr<char[]> buffer_;
 };
+
+/// Gives the bytes of a file piece by piece to a function that needs each once, without room for all of them. Throws as FileBytes
+/// does.
+void read_pieces(const std::filesystem::path& file, const std::function<void(std::string_view bytes)>& take);
 
 /// Throws InputError if the bytes, which `file` begins with, are of the pointer that Git LFS leaves in a file's place.
 void refuse_lfs_pointer(const std::filesystem::path& file, std::string_view bytes);

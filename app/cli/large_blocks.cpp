@@ -6,10 +6,15 @@
 // all vectors use; see madvise(2), MADV_HUGEPAGE. glibc's tunable glibc.malloc.hugetlb=1 serves as well, but is read before
 // main(): the program would have to start itself again, and loading its libraries takes longer than this saves.
 //
+// And some are kept for the next of their size: each photo needs the same few blocks (its file's bytes, its coarse colours, maps of its
+// pixels), which the system would unmap, map and clear again.
+//
 // Or in files: a mesh that is larger than the memory is cut into tiles by algorithms that go over its arrays in order, which a
 // mapped file serves as well, as the system reads and writes ahead.
 #include "app/cli/large_blocks.h"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -23,6 +28,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 #endif
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "app/cli/memory_arenas.h"
 
 namespace {
 
@@ -91,6 +102,62 @@ MappedBlocks& mapped_blocks() {
   return *blocks;
 }
 
+// Blocks that were freed and may be had again.
+class SpareBlocks {
+ public:
+  // A block of at least so many bytes, an eighth more at most; null if there is none.
+  void* take(std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = count_; i-- > 0;)  // the one that was used last may still be in the cache
+      if (blocks_[i].bytes >= bytes && blocks_[i].bytes <= bytes + bytes / 8) return remove(i);
+    return nullptr;
+  }
+
+  // Takes over a block that malloc() made.
+  void give(void* block, std::size_t bytes) {
+    std::array<void*, kMost> old{};
+    std::size_t removed = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      while (count_ > 0 && (count_ == kMost || bytes_ + bytes > kMostBytes)) old[removed++] = remove(0);
+      blocks_[count_++] = {block, bytes};
+      bytes_ += bytes;
+    }
+    for (std::size_t i = 0; i < removed; ++i) std::free(old[i]);
+  }
+
+  // Larger ones come seldom, and photos are kept by who decodes them.
+  static bool keeps(std::size_t bytes) { return bytes >= gpvc::cli::kUnmappedBytes && bytes <= kMostBytes / 2; }
+
+ private:
+  struct Block {
+    void* place = nullptr;
+    std::size_t bytes = 0;
+  };
+  static constexpr std::size_t kMost = 32;
+  // What is kept counts as the program's memory: a tenth of what the smallest runs take.
+  static constexpr std::size_t kMostBytes = std::size_t{32} << 20;
+
+  void* remove(std::size_t i) {
+    void* block = blocks_[i].place;
+    bytes_ -= blocks_[i].bytes;
+    std::copy(blocks_.begin() + i + 1, blocks_.begin() + count_, blocks_.begin() + i);
+    --count_;
+    return block;
+  }
+
+  std::mutex mutex_;
+  std::array<Block, kMost> blocks_{};  // oldest first
+  std::size_t count_ = 0, bytes_ = 0;
+};
+
+// Never destroyed either.
+SpareBlocks& spare_blocks() {
+  alignas(SpareBlocks) static unsigned char room[sizeof(SpareBlocks)];
+  static SpareBlocks* blocks = new (room) SpareBlocks;
+  return *blocks;
+}
+
 constexpr std::uintptr_t kLargePage = std::uintptr_t{2} << 20;
 
 void ask_for_large_pages([[maybe_unused]] void* block, [[maybe_unused]] std::size_t bytes) {
@@ -104,6 +171,15 @@ void ask_for_large_pages([[maybe_unused]] void* block, [[maybe_unused]] std::siz
 #endif
 }
 
+// What malloc() made. Not inlined: compilers take free() in a delete for a mistake.
+[[gnu::noinline]] void release(void* block) {
+#ifdef __GLIBC__
+  const std::size_t bytes = malloc_usable_size(block);
+  if (SpareBlocks::keeps(bytes)) return spare_blocks().give(block, bytes);
+#endif
+  std::free(block);
+}
+
 }  // namespace
 
 namespace gpvc::cli {
@@ -115,6 +191,8 @@ void keep_large_blocks_in(const std::filesystem::path& folder) { mapped_blocks()
 void* operator new(std::size_t bytes) {
   if (bytes >= kLeastMapped && mapped_blocks().in_use())
     if (void* block = mapped_blocks().make(bytes)) return block;
+  if (SpareBlocks::keeps(bytes))
+    if (void* block = spare_blocks().take(bytes)) return block;
   for (;;) {
     if (void* block = std::malloc(bytes > 0 ? bytes : 1)) {
       ask_for_large_pages(block, bytes);
@@ -127,6 +205,6 @@ void* operator new(std::size_t bytes) {
 }
 
 void operator delete(void* block) noexcept {
-  if (!mapped_blocks().free(block)) std::free(block);
+  if (!mapped_blocks().free(block)) release(block);
 }
 void operator delete(void* block, std::size_t) noexcept { operator delete(block); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <thread>
 
 #ifdef __GLIBC__
@@ -10,12 +11,15 @@
 
 namespace gpvc::cli {
 
+/// Blocks from this size on are mapped, and unmapped when they are freed.
+inline constexpr std::size_t kUnmappedBytes = std::size_t{1} << 20;
+
 /// From now on blocks of a megabyte and more go back to the system when they are freed, and there is an arena a core for smaller
 /// ones. By default glibc keeps freed blocks of up to 32 MB, in eight arenas a core, for hundreds of megabytes that
 /// nothing uses.
 inline void set_memory_arenas() {
 #ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_MMAP_THRESHOLD, static_cast<int>(kUnmappedBytes));
   mallopt(M_ARENA_MAX, static_cast<int>(std::max(2u, std::thread::hardware_concurrency())));
 #endif
 }

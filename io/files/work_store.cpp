@@ -110,7 +110,14 @@ void WorkHash::add_bytes(const void* data, std::size_t bytes) {
   if (bytes > 0) XXH3_128bits_update(&state_->hash, data, bytes);
 }
 
-void WorkHash::add_file(const std::filesystem::path& file) { add(FileBytes(file).view()); }
+void WorkHash::add_file(const std::filesystem::path& file) {
+  std::uint64_t bytes = 0;
+  read_pieces(file, [&](std::string_view piece) {
+    add_bytes(piece.data(), piece.size());
+    bytes += piece.size();
+  });
+  add(bytes);  // the next file's bytes are not this one's
+}
 
 WorkKey WorkHash::key() const {
   const XXH128_hash_t hash = XXH3_128bits_digest(&state_->hash);

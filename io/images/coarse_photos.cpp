@@ -99,10 +99,11 @@ std::shared_ptr<const Image> CoarsePhotos::coarse(ViewId view) {
     store_->keep(view, means);
     return std::make_shared<const Image>(std::move(means));
   }
-  Image means{place->width, place->height, 3, {}};
-  means.pixels.resize(pixel_index(0, place->height, place->width) * 3);
-  store_->file->read(place->begin, means.pixels.data(), means.pixels.size());
-  return std::make_shared<const Image>(std::move(means));
+  const std::size_t bytes = pixel_index(0, place->height, place->width) * 3;
+  const auto read = std::make_shared_for_overwrite<std::uint8_t[]>(bytes);
+  store_->file->read(place->begin, read.get(), bytes);
+  return std::make_shared<const Image>(
+      Image{place->width, place->height, 3, Pixels::borrowed({read.get(), bytes}, read)});
 }
 
 }  // namespace gpvc::io

@@ -170,6 +170,7 @@ std::shared_ptr<const PhotoExclusion> PhotoCache::exclusion(ViewId view) {
     const Photo photo = state_->fetch(first);
     return photo->exclusion ? std::shared_ptr<const PhotoExclusion>(photo, &*photo->exclusion) : nullptr;
   }
+  if (!v.uses_alpha && v.mask.empty()) return nullptr;  // no file tells
   std::optional<PhotoExclusion> exclusion = state_->read_unchanged(v, read_exclusion);
   return exclusion ? std::make_shared<const PhotoExclusion>(std::move(*exclusion)) : nullptr;
 }
