@@ -17,6 +17,14 @@ struct CellSums {
   std::uint32_t squares = 0;  ///< of R + 2 G + B, at most 16 * 1020^2
   std::uint8_t faces = 0, bare = 0;
 
+  void add(const std::uint8_t* pixel, FaceId face) {
+    for (std::size_t c = 0; c < 3; ++c) rgb[c] += pixel[c];
+    const std::uint32_t brightness = pixel[0] + 2U * pixel[1] + pixel[2];
+    squares += brightness * brightness;
+    const bool is_bare = face == kNoFace;
+    bare = static_cast<std::uint8_t>(bare + is_bare);
+    faces = static_cast<std::uint8_t>(faces + !is_bare);
+  }
   FrameCell cell(int pixels) const {
     FrameCell cell{{}, 0, faces, bare, faces + bare == pixels};
     const auto count = static_cast<float>(faces + bare);
@@ -45,6 +53,8 @@ class Looked {
     if (is_clamped_ && (x == 0 || y == 0 || x == width_ - 1 || y == height_ - 1)) return false;
     return excluded_ == nullptr || !excluded_->excludes(x, y);
   }
+  /// Whether at() is true of all pixels, which then are the frame's own.
+  bool all() const { return !is_clamped_ && excluded_ == nullptr; }
 
  private:
   int width_, height_;
@@ -73,17 +83,20 @@ void FrameCells::fill(const Camera& camera, const Image& photo, const io::PhotoE
     for (int row = range.begin(); row != range.end(); ++row) {
       sums.assign(static_cast<std::size_t>(columns), {});
       for (int y = row * kFrameCell; y < std::min((row + 1) * kFrameCell, height); ++y) {
-        lookup.find_row(y, photo_pixels);
-        for (int x = 0; x < width; ++x) {
-          const std::uint32_t pixel = photo_pixels[static_cast<std::size_t>(x)];
-          if (!looked.at(pixel)) continue;
-          CellSums& sum = sums[static_cast<std::size_t>(x / kFrameCell)];
-          const std::uint8_t* rgb = photo.pixels.data() + 3 * std::size_t{pixel};
-          for (std::size_t c = 0; c < 3; ++c) sum.rgb[c] += rgb[c];
-          const std::uint32_t brightness = rgb[0] + 2U * rgb[1] + rgb[2];
-          sum.squares += brightness * brightness;
-          ++(ivm.at(x, y) == kNoFace ? sum.bare : sum.faces);
+        const FaceId* face = ivm.faces.data() + pixel_index(0, y, width);
+        if (looked.all()) {
+          const std::uint8_t* rgb = photo.at(0, y);
+          for (int x = 0; x < width; x += kFrameCell) {
+            CellSums sum = sums[static_cast<std::size_t>(x / kFrameCell)];
+            for (int i = x; i < std::min(x + kFrameCell, width); ++i, rgb += 3, ++face) sum.add(rgb, *face);
+            sums[static_cast<std::size_t>(x / kFrameCell)] = sum;
+          }
+          continue;
         }
+        lookup.find_row(y, photo_pixels);
+        for (int x = 0; x < width; ++x)
+          if (const std::uint32_t pixel = photo_pixels[static_cast<std::size_t>(x)]; looked.at(pixel))
+            sums[static_cast<std::size_t>(x / kFrameCell)].add(photo.pixels.data() + 3 * std::size_t{pixel}, face[x]);
       }
       for (int x = 0; x < columns; ++x) {
         const CellBox pixels = box(x, row);
