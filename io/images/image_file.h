@@ -99,6 +99,13 @@ MaskPixels mask_pixels(const std::filesystem::path& file);
 /// threads.
 void write_png(OutputFile& out, const Image& image, const ColorProfile& profile);
 
+/// The same of samples of 8 or 16 bits, with what their bands are as text. \pre fits_png(set)
+void write_png(OutputFile& out, const Samples& samples, const BandSet& set);
+
+/// Samples as TIFF: see write_samples(). Throws OutputError, which names `file`.
+void write_tiff(OutputFile& out, const std::filesystem::path& file, const Samples& samples, const BandSet& set,
+                std::span<const std::uint8_t> mask);
+
 /// A lossy WebP of 3 channels. The bytes do not depend on the number of threads. Throws OutputError, which names `file`.
 void write_webp(OutputFile& out, const std::filesystem::path& file, const Image& image, int quality);
 
