@@ -40,6 +40,10 @@ ImageSize read_image_size(const std::filesystem::path& file);
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
 
+/// True if the file says which of its pixels show nothing: by an alpha, or, of a TIFF, by a mask of its own as GDAL writes it.
+/// From the header alone. Throws InputError.
+bool hides_pixels(const std::filesystem::path& file);
+
 /// Of the photo by its EXIF data, as in View; nullopt where that does not state it. Throws InputError.
 std::optional<float> read_exposure_value(const std::filesystem::path& file);
 

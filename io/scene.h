@@ -184,7 +184,8 @@ struct View {
   Camera camera;                ///< at the size the stages work in (already reduced by --downscale)
   Pose pose;
   std::filesystem::path mask{};  ///< image of the photo's size whose black pixels exclude the photo's; or empty
-  bool uses_alpha = false;       ///< pixels of the photo with alpha 0 are excluded
+  /// Pixels of the photo are excluded whose alpha is 0, or which a mask that its file holds excludes (of other files with its bands, too).
+  bool uses_alpha = false;
   int reduction = 1;             ///< pixels of the photo and the mask to one of the camera, each way
   std::uint32_t number = 0;  ///< the scene's: COLMAP's, which its points refer to; of others the place in their list
   /// Exposure value at ISO 100 that the photo was taken with, by its EXIF data: with one more, a camera gathers half the light.

@@ -17,11 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 void unite(std::optional<PhotoExclusion>& all, std::optional<PhotoExclusion> more) {
-  if (!all) {
+  if (!all)
     all = std::move(more);
-    return;
-  }
-  for (std::size_t i = 0; more && i < all->words.size(); ++i) all->words[i] |= more->words[i];
+  else if (more)
+    unite(*all, *more);
 }
 
 bool is_zero(const std::byte* from, std::size_t bytes) {
@@ -80,6 +79,7 @@ BandPhoto read_files(const View& view, const BandSet& bands, std::span<const Ban
                      std::optional<PhotoExclusion>& transparent) {
   BandPhoto all;
   std::size_t band = 0;
+  bool hides = false;
   for (std::size_t i = 0; i < view.band_files.size(); ++i) {
     StoredPhoto file = read_stored(view.band_files[i]);
     check_samples(view.band_files[i], file.samples, view, bands, band);
@@ -89,10 +89,15 @@ BandPhoto read_files(const View& view, const BandSet& bands, std::span<const Ban
                        "is " + size_text(file.samples.width, file.samples.height) + " pixels, " +
                            view.band_files[0].filename().string() + " is " +
                            size_text(all.samples.width, all.samples.height));
+    const bool is_photo = view.band_files[i] == view.photo;
+    hides = hides || file.transparent;
+    if (!is_photo && view.uses_alpha) unite(file.without_data, std::move(file.transparent));
     unite(all.exclusion, lay_over(file, i < places.size() ? places[i] : BandPlace{}, band, all.samples));
     band += file.samples.bands;
-    if (view.band_files[i] == view.photo) transparent = std::move(file.transparent);
+    if (is_photo) transparent = std::move(file.transparent);
   }
+  // Only other files than the photo say what they hide.
+  if (hides && !transparent) transparent = empty_exclusion(all.samples.width, all.samples.height);
   return all;
 }
 
@@ -110,6 +115,7 @@ StoredPhoto read_stored(const fs::path& file, std::size_t bands) {
   decode_stored(image, header, photo.samples.bytes.data());
   if (header.alpha_channel >= 0 && photo.samples.bands != bands)
     photo.transparent = take_alpha(photo.samples, static_cast<std::size_t>(header.alpha_channel));
+  if (header.has_mask) unite(photo.transparent, decode_mask(image, header));
   photo.without_data = take_missing(photo.samples, header.nodata);
   return photo;
 }

@@ -24,7 +24,8 @@ struct StoredPhoto {
   Samples samples;  ///< 0 for what is no number
   /// Pixels that are no number in a band, or of the value that the file declares to stand for none; nullopt: there are none.
   std::optional<PhotoExclusion> without_data{};
-  std::optional<PhotoExclusion> transparent{};  ///< where the alpha is 0; nullopt: there is no alpha
+  /// Where the alpha is 0, or the file's own mask excludes; nullopt: there is neither.
+  std::optional<PhotoExclusion> transparent{};
   bool linear_light = false;
 };
 

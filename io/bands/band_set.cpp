@@ -139,7 +139,7 @@ class BandFinder {
     if (mean <= (guessed ? kMostly : kNearlyAll)) return;
     for (const std::size_t i : with_alpha) {
       ++holdings_[i].bands[0];
-      scene_.views[i].uses_alpha = false;
+      scene_.views[i].uses_alpha = scene_.views[i].uses_alpha && holdings_[i].files[0].has_mask;
     }
     scene_.warn(with_alpha.size(),
                 "photos have a channel in the place of an alpha that is hardly anywhere 0 or full: it is taken for a "

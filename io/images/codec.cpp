@@ -7,6 +7,7 @@
 
 #include "io/error.h"
 #include "io/images/exif.h"
+#include "io/images/image_file.h"
 #include "io/images/other_formats.h"
 
 namespace gpvc::io {
@@ -68,7 +69,8 @@ ImageHeader read_other_header(const ImageBytes& image) {
           found.guesses_alpha,
           found.colors,
           std::move(found.bands),
-          found.nodata};
+          found.nodata,
+          found.has_mask};
 }
 
 void decode_other(const ImageBytes& image, const SampleRoom& room, std::string_view format) {
@@ -114,6 +116,13 @@ void decode_samples(const ImageBytes& image, const ImageHeader& header, int chan
     decode_png(image, header, to);
   else
     decode_other(image, {header.width, header.height, channels, SampleForm::reals, to}, header.format);
+}
+
+PhotoExclusion decode_mask(const ImageBytes& image, const ImageHeader& header) {
+  PhotoExclusion masked = empty_exclusion(header.width, header.height);
+  if (const std::string wrong = decode_tiff_mask(image, masked); !wrong.empty())
+    throw InputError(image.file, image.part, "has a mask that cannot be decoded whole: " + wrong);
+  return masked;
 }
 
 void decode_stored(const ImageBytes& image, const ImageHeader& header, std::byte* to) {

@@ -9,6 +9,7 @@
 #include "io/images.h"
 #include "io/images/image_bounds.h"
 #include "io/images/other_formats.h"
+#include "io/photos.h"
 
 namespace gpvc::io {
 
@@ -25,6 +26,7 @@ struct ImageHeader {
   bool guesses_alpha = false, colors = true;
   std::vector<Band> bands{};
   std::optional<double> nodata{};
+  bool has_mask = false;
 };
 
 /// Goes by the bytes, not by the name, and checks what they claim. Throws InputError, also for formats that are not accepted.
@@ -37,6 +39,8 @@ void refuse_other_types(const ImageBytes& image, const ImageHeader& header);
 /// 8-bit image does not become floats. Throws InputError unless the whole picture could be decoded. \pre check_jpeg(image)
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, std::uint8_t* to);
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to);
+/// Excludes the pixels that the file's own mask does. Throws InputError. \pre header.has_mask
+PhotoExclusion decode_mask(const ImageBytes& image, const ImageHeader& header);
 /// All channels, the samples as they are stored. \pre header.type
 void decode_stored(const ImageBytes& image, const ImageHeader& header, std::byte* to);
 
@@ -57,5 +61,8 @@ void decode_webp(const ImageBytes& image, int channels, std::uint8_t* to);
 /// OtherFormats return it
 bool read_tiff_header(const ImageBytes& image, OtherHeader& header);
 bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong);
+
+/// Adds the pixels that the file's own mask excludes to `masked`, which has its size. Returns what is wrong, or nothing.
+std::string decode_tiff_mask(const ImageBytes& image, PhotoExclusion& masked);
 
 }  // namespace gpvc::io

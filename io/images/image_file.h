@@ -29,6 +29,7 @@ struct PhotoHeader {
   int channels = 3, alpha_channel = -1;  ///< as in ImageHeader, as what follows
   bool linear_light = false, guesses_alpha = false, colors = true;
   std::vector<Band> bands{};
+  bool has_mask = false;
 };
 /// From the header alone. Throws InputError, also for samples of a type that photos can't have.
 PhotoHeader read_photo_header(const std::filesystem::path& file);
@@ -67,7 +68,11 @@ inline void exclude(PhotoExclusion& exclusion, std::size_t x, std::size_t y) {
   exclusion.words[y * exclusion.stride + x / 64] |= std::uint64_t{1} << (x % 64);
 }
 
-/// Excludes pixels whose alpha is 0. Throws InputError, also when there is no alpha channel.
+inline void unite(PhotoExclusion& all, const PhotoExclusion& more) {
+  for (std::size_t i = 0; i < all.words.size(); ++i) all.words[i] |= more.words[i];
+}
+
+/// Excludes pixels whose alpha is 0, and those that the file's own mask does. Throws InputError, also when there is neither.
 PhotoExclusion transparent_pixels(const std::filesystem::path& file);
 
 /// Calls `excludes` with the number of each pixel, and excludes those for which it returns true; nullopt: there are none.

@@ -30,6 +30,7 @@ struct OtherHeader {
   bool colors = true;                 ///< the first channels are grey or red, green and blue
   std::vector<Band> bands{};          ///< what the file says of its channels, one each; empty: nothing
   std::optional<double> nodata{};     ///< the sample of pixels without a value
+  bool has_mask = false;              ///< the file holds a mask of its pixels, beside any alpha
   double exposure_seconds = 0, f_number = 0, sensitivity = 0;  ///< by EXIF data; 0: unknown
 };
 

@@ -18,6 +18,7 @@
 #include "io/files/frees.h"
 #include "io/files/text_scan.h"
 #include "io/images/codec.h"
+#include "io/images/image_file.h"
 
 namespace gpvc::io {
 namespace {
@@ -151,6 +152,21 @@ void read_band_tags(TIFF& tiff, OtherHeader& header) {
   header.bands =
       bands_of_tags(text_of(tiff, kMetadata), text_of(tiff, kXmp), static_cast<std::size_t>(header.channels));
   header.nodata = number_from(trimmed(text_of(tiff, kNodata)));
+}
+
+/// Goes on to the mask of the first picture, as GDAL writes it
+/// (https://gdal.org/drivers/raster/gtiff.html#internal-nodata-masks); false: there is none.
+bool go_to_mask(TIFF& tiff, std::uint32_t width, std::uint32_t height) {
+  constexpr int kMost = 100;  // pictures, smaller ones and their masks among them
+  for (int n = 0; n < kMost && TIFFReadDirectory(&tiff) != 0; ++n) {
+    std::uint32_t kind = 0;
+    TIFFGetFieldDefaulted(&tiff, TIFFTAG_SUBFILETYPE, &kind);
+    const Layout l = layout_of(tiff);
+    if ((kind & FILETYPE_MASK) != 0 && l.width == width && l.height == height && l.channels == 1 &&
+        (l.bits == 1 || l.bits == 8))
+      return true;
+  }
+  return false;
 }
 
 bool is_named_tiff(const ImageBytes& image) {
@@ -305,6 +321,39 @@ bool read_tiles(TIFF& tiff, const Layout& l, const SampleRoom& room) {
   return true;
 }
 
+/// Excludes the pixels of a mask that are 0. \pre one channel of 1 or 8 bits
+bool read_mask(TIFF& tiff, const Layout& l, PhotoExclusion& masked) {
+  std::uint32_t width = l.width, height = 0;
+  if (l.is_tiled) {
+    TIFFGetField(&tiff, TIFFTAG_TILEWIDTH, &width);
+    TIFFGetField(&tiff, TIFFTAG_TILELENGTH, &height);
+  } else {
+    TIFFGetFieldDefaulted(&tiff, TIFFTAG_ROWSPERSTRIP, &height);
+    height = std::min(height, l.height);
+  }
+  const std::size_t row_bytes = l.bits == 8 ? width : (std::size_t{width} + 7) / 8;
+  constexpr std::size_t kMostBytes = std::size_t{1} << 31;
+  if (width == 0 || height == 0 || row_bytes > kMostBytes / height) return false;
+  std::vector<std::uint8_t> part(row_bytes * height);
+  const auto is_zero = [&](std::uint32_t x, std::uint32_t y) {
+    const std::uint8_t* row = part.data() + row_bytes * y;
+    return l.bits == 8 ? row[x] == 0 : (row[x / 8] & (0x80 >> x % 8)) == 0;
+  };
+  for (std::uint32_t top = 0; top < l.height; top += height)
+    for (std::uint32_t left = 0; left < l.width; left += width) {
+      const std::uint32_t rows = std::min(height, l.height - top), columns = std::min(width, l.width - left);
+      const auto bytes = static_cast<tmsize_t>(row_bytes * (l.is_tiled ? height : rows));
+      const tmsize_t read =
+          l.is_tiled ? TIFFReadEncodedTile(&tiff, TIFFComputeTile(&tiff, left, top, 0, 0), part.data(), bytes)
+                     : TIFFReadEncodedStrip(&tiff, TIFFComputeStrip(&tiff, top, 0), part.data(), bytes);
+      if (read != bytes) return false;
+      for (std::uint32_t y = 0; y < rows; ++y)
+        for (std::uint32_t x = 0; x < columns; ++x)
+          if (is_zero(x, y)) exclude(masked, std::size_t{left} + x, std::size_t{top} + y);
+    }
+  return true;
+}
+
 }  // namespace
 
 bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
@@ -332,8 +381,22 @@ bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
   const std::uint8_t* profile = nullptr;
   if (TIFFGetField(tiff.get(), TIFFTAG_ICCPROFILE, &count, &profile) != 0)
     header.profile.assign(profile, profile + count);
+  header.has_mask = go_to_mask(*tiff, l.width, l.height);
+  TIFFSetDirectory(tiff.get(), 0);
   read_exif(*tiff, header);
   return true;
+}
+
+std::string decode_tiff_mask(const ImageBytes& image, PhotoExclusion& masked) {
+  Source source(image.view);
+  Layout l;
+  const Tiff tiff = open_ours(image, source, l);
+  if (!tiff || l.width != static_cast<std::uint32_t>(masked.width) ||
+      l.height != static_cast<std::uint32_t>(masked.height) || !go_to_mask(*tiff, l.width, l.height))
+    return "it changes while it is read";
+  if (!read_mask(*tiff, layout_of(*tiff), masked) || !source.complaint().empty())
+    return source.complaint().empty() ? "it ends too early" : source.complaint();
+  return {};
 }
 
 bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong) {

@@ -258,6 +258,105 @@ TEST(Bands, AFourthOneIsNoAlphaUnlessItLooksLikeOne) {
   EXPECT_EQ(scene.read().bands->bands.size(), 4u);
 }
 
+// GDAL's own masks: in strips and tiles, of 1 and of 8 bits, behind a smaller picture with a mask of its own.
+TEST(Bands, AMaskInsideTheFileExcludesWhatItDoesNotShow) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const auto shows = [](int x, int y) { return x >= 5 && !(x == 20 && y == 9); };
+  for (const SampleType type : {SampleType::u8, SampleType::u16, SampleType::f32})
+    for (const auto& [bits, tile] : {std::pair{1, 0u}, std::pair{8, 0u}, std::pair{1, 16u}, std::pair{8, 32u}}) {
+      const Samples samples = spread(3, type, 1, type == SampleType::f32 ? 1.5 : 250);
+      scene.write_all(samples, {.photometric = PHOTOMETRIC_RGB});
+      test::append_mask(scene.place("a.tif"), kWidth, kHeight, shows, bits, tile);
+      EXPECT_TRUE(hides_pixels(scene.place("a.tif")));
+      EXPECT_FALSE(has_alpha(scene.place("a.tif")));
+      const Scene read = scene.read();
+      EXPECT_EQ(read.bands.has_value(), type != SampleType::u8);
+      EXPECT_TRUE(read.views[0].uses_alpha);
+      EXPECT_FALSE(read.views[1].uses_alpha);
+      PhotoCache cache(read, 0);
+      const auto excluded = cache.exclusion(ViewId{0});
+      ASSERT_TRUE(excluded);
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, y), !shows(x, y)) << x << ' ' << y;
+      EXPECT_FALSE(cache.exclusion(ViewId{1}));
+      if (type == SampleType::u8) {
+        EXPECT_EQ(cache.photo(ViewId{0})->at(7, 3)[0], load_sample(samples.at(7, 3), type));
+      } else {
+        EXPECT_EQ(load_sample(cache.samples(ViewId{0})->at(7, 3), type), load_sample(samples.at(7, 3), type));
+      }
+      SceneOptions all;
+      all.masks = false;
+      const Scene unmasked = scene.read(all);
+      PhotoCache whole(unmasked, 0);
+      EXPECT_FALSE(whole.exclusion(ViewId{0}));
+    }
+}
+
+// An alpha and a mask in one file: each excludes what it does.
+TEST(Bands, AMaskInsideTheFileIsAddedToItsAlpha) {
+  const BandScene scene({"a.tif"});
+  for (const SampleType type : {SampleType::u8, SampleType::u16}) {
+    const double full = type == SampleType::u8 ? 255 : 65535;
+    scene.write_all(picture(4, type, [&](std::size_t b, int x, int) { return b < 3   ? 9 + x
+                                                                             : x < 4 ? 0
+                                                                                     : full; }),
+                    {.photometric = PHOTOMETRIC_RGB, .extra = {EXTRASAMPLE_UNASSALPHA}});
+    test::append_mask(scene.place("a.tif"), kWidth, kHeight, [](int, int y) { return y > 1; });
+    const Scene read = scene.read();
+    PhotoCache cache(read, 0);
+    const auto excluded = cache.exclusion(ViewId{0});
+    ASSERT_TRUE(excluded);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, y), x < 4 || y < 2) << x << ' ' << y;
+  }
+}
+
+TEST(Bands, AMaskThatIsDamagedIsAnError) {
+  const BandScene scene({"a.tif"});
+  scene.write_all(spread(2, SampleType::u16, 1, 60000));
+  test::append_mask(scene.place("a.tif"), kWidth, kHeight, [](int x, int) { return x > 2; });
+  const std::string whole = test::read_file(scene.place("a.tif"));
+  const Scene read = scene.read();
+  std::size_t errors = 0;
+  for (std::size_t length = whole.size() - 1; length > whole.size() - 300; --length) {
+    std::ofstream(scene.place("a.tif"), std::ios::binary) << whole.substr(0, length);
+    PhotoCache cache(read, 0);
+    const std::string error = input_error([&] { cache.samples(ViewId{0}); });
+    errors += error.empty() ? 0 : 1;
+  }
+  EXPECT_GT(errors, 290u);  // all but those that lack a byte that nothing needs
+}
+
+// GDAL's mask in a file beside the photo.
+TEST(Bands, AMaskFileOfGdalExcludesWhatItDoesNotShow) {
+  const BandScene scene({"a.tif"});
+  scene.write_all(spread(2, SampleType::u16, 1, 60000));
+  test::write_tiff(scene.place("a.tif.msk"),
+                   picture(1, SampleType::u8, [](std::size_t, int x, int) { return x < 3 ? 0 : 255; }));
+  const Scene read = scene.read();
+  EXPECT_EQ(read.views[0].mask, scene.place("a.tif.msk"));
+  PhotoCache cache(read, 0);
+  const auto excluded = cache.exclusion(ViewId{0});
+  ASSERT_TRUE(excluded);
+  for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, 4), x < 3);
+}
+
+// A mask of a further band's file hides what that band does not show, moved with the band.
+TEST(BandFiles, MasksInsideThemExcludeToo) {
+  const BandScene scene({"IMG_0001_1.tif"});
+  for (std::size_t b = 0; b < 2; ++b)
+    scene.write("IMG_0001_" + std::to_string(b + 1) + ".tif",
+                picture(1, SampleType::u16, [](std::size_t, int x, int y) { return 100 + x + y; }));
+  test::append_mask(scene.place("IMG_0001_2.tif"), kWidth, kHeight, [](int x, int y) { return x > 3 || y > 5; });
+  const Scene read = scene.read();
+  ASSERT_EQ(read.views[0].band_files.size(), 2u);
+  PhotoCache cache(read, 0);
+  const auto excluded = cache.exclusion(ViewId{0});
+  ASSERT_TRUE(excluded);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, y), x <= 3 && y <= 5) << x << ' ' << y;
+}
+
 TEST(Bands, AreNamedByGdalAndXmp) {
   const BandScene scene({"a.tif", "b.tif"});
   scene.write_all(
