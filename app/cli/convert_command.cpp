@@ -89,6 +89,7 @@ class Conversion {
     check_places(options_.input, "SCENE alone is converted");
     SceneInput input = options_.input;
     input.whole_fisheyes = true;
+    input.bands_as_listed = true;
     scene_ = read_views(input, used_);
     for (const std::string& warning : scene_.warnings) record_.warning(warning);
     choose_coordinates();

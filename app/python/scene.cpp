@@ -230,6 +230,7 @@ void bind_scene(py::module_& module) {
              for (View& view : bare->views) {
                view.photo = view.mask = fs::path{};
                view.band_files.clear();
+               view.band_cameras.clear();
                view.uses_alpha = false;
                view.reduction = 1;
              }

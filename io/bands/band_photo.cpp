@@ -92,7 +92,8 @@ BandPhoto read_files(const View& view, const BandSet& bands, std::span<const Ban
     const bool is_photo = view.band_files[i] == view.photo;
     hides = hides || file.transparent;
     if (!is_photo && view.uses_alpha) unite(file.without_data, std::move(file.transparent));
-    unite(all.exclusion, lay_over(file, i < places.size() ? places[i] : BandPlace{}, band, all.samples));
+    const BandCamera* camera = is_photo || view.band_cameras.empty() ? nullptr : &view.band_cameras[i];
+    unite(all.exclusion, lay_over(file, i < places.size() ? places[i] : BandPlace{}, camera, band, all.samples));
     band += file.samples.bands;
     if (is_photo) transparent = std::move(file.transparent);
   }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "io/bands/band_cameras.h"
 #include "io/bands/band_names.h"
 #include "io/bands/band_photo.h"
 #include "io/bands/band_range.h"
@@ -245,15 +246,31 @@ class BandFinder {
     std::vector<float> all;
     for (const std::vector<float>& of_photo : samples) all.insert(all.end(), of_photo.begin(), of_photo.end());
     set_range(set, std::move(all), linear_light);
-    if (files == 1) return;
-    const PhotoHeader& size = first().files[0];
-    for (std::size_t file = 0; file < files; ++file) {
-      std::vector<BandMatch> of_file;
-      for (const auto& of_photo : matches) of_file.insert(of_file.end(), of_photo[file].begin(), of_photo[file].end());
-      BandPlace place = place_of_matches(of_file, size.size.width, size.size.height);
-      if (file == primary_of(view(views_.front()))) place.error_px = 0;
-      scene_.band_places.push_back(place);
+  /// Where a file lies, by its matches in some views.
+  BandPlace place_of(std::size_t file, const std::vector<std::size_t>& some,
+                     const std::vector<std::vector<std::vector<BandMatch>>>& matches) const {
+    std::vector<BandMatch> of_file;
+    std::vector<CameraMatch> by_camera;
+    for (std::size_t n = 0; n < some.size(); ++n)
+      for (const BandMatch& match : matches[n][file]) {
+        of_file.push_back(match);
+        if (!view(some[n]).band_cameras.empty()) by_camera.push_back({match, &view(some[n]).band_cameras[file]});
+      }
+    const ImageSize size = first().files[0].size;
+    BandPlace place;
+    if (view(views_.front()).band_cameras.empty()) {
+      place = place_of_matches(of_file, size.width, size.height);
+    } else {
+      const NearnessFit fit = fit_nearness(by_camera);
+      place.nearness = fit.nearness;
+      place.error_px = fit.error_px;
     }
+    if (file == primary_of(view(views_.front()))) place.error_px = 0;
+    return place;
+  }
+
+    if (files == 1) return;
+    for (std::size_t file = 0; file < files; ++file) scene_.band_places.push_back(place_of(file, some, matches));
     warn_of_unregistered(set);
   }
 
@@ -277,11 +294,13 @@ class BandFinder {
     std::string names;
     for (std::size_t file = 0; file < bands.size(); ++file)
       if (!scene_.band_places[file].error_px) names += (names.empty() ? "" : ", ") + set.bands[bands[file]].name;
-    if (!names.empty())
-      scene_.warnings.push_back(
-          "bands show too little in common with the photos to be registered to them, and are taken to "
-          "lie where they are: " +
-          names);
+    if (names.empty()) return;
+    const bool by_camera = !view(views_.front()).band_cameras.empty();
+    scene_.warnings.push_back(std::string("bands show too little in common with the photos to be ") +
+                              (by_camera
+                                   ? "compared with them, and are taken to lie where the scene's cameras have them: "
+                                   : "registered to them, and are taken to lie where they are: ") +
+                              names);
   }
 
   SceneFile& scene_;

@@ -632,12 +632,14 @@ TEST(BandFiles, InFoldersAreAddedToThePhotos) {
   EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "given for the band 'nir', which another folder"));
 }
 
-TEST(BandFiles, ThatAreViewsOfTheirOwnAreNoBands) {
+// More of them in band_views_test.cpp.
+TEST(BandFiles, ThatAreViewsWithTheSameCameraAreBands) {
   const BandScene scene({"IMG_0001_1.tif", "IMG_0001_2.tif"});
   scene.write_all(spread(1, SampleType::u16, 0, 60000));
   const Scene read = scene.read();
-  EXPECT_TRUE(read.views[0].band_files.empty());
-  EXPECT_EQ(read.bands->bands.size(), 1u);
+  ASSERT_EQ(read.views.size(), 1u);
+  EXPECT_EQ(read.views[0].band_files.size(), 2u);
+  EXPECT_EQ(read.bands->bands.size(), 2u);
 }
 
 TEST(BandFiles, OfPhotosOfDifferentBandsAreNotTakenTogether) {
