@@ -121,20 +121,24 @@ StoredPhoto read_stored(const fs::path& file, std::size_t bands) {
   return photo;
 }
 
-double partial_alpha(const fs::path& file) {
+double opaque_share(const fs::path& file) {
   const FileBytes bytes = image_bytes(file, FileBytes::Use::in_places);
   const ImageHeader header = read_header({file, "", bytes.view()});
   const Samples samples = read_stored(file, static_cast<std::size_t>(header.channels)).samples;
-  const float full = samples.type == SampleType::u8 ? 255 : samples.type == SampleType::u16 ? 65535 : 1;
   const std::byte* alpha =
       samples.bytes.data() + static_cast<std::size_t>(header.alpha_channel) * bytes_of(samples.type);
   const std::size_t pixels = pixels_of(samples);
-  std::size_t partial = 0;
-  for (std::size_t i = 0; i < pixels; ++i, alpha += samples.pixel_bytes()) {
-    const float value = load_sample(alpha, samples.type);
-    partial += value != 0 && value != full ? 1 : 0;
+  const auto value_of = [&](std::size_t i) { return load_sample(alpha + i * samples.pixel_bytes(), samples.type); };
+  float most = 0;
+  for (std::size_t i = 0; i < pixels; ++i) most = std::max(most, value_of(i));
+  constexpr float kNearly = 0.95f;  // what JPEG makes of the largest
+  std::size_t shown = 0, opaque = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float value = value_of(i);
+    shown += value > 0 ? 1 : 0;
+    opaque += value > 0 && value >= kNearly * most ? 1 : 0;
   }
-  return static_cast<double>(partial) / static_cast<double>(pixels);
+  return shown > 0 ? static_cast<double>(opaque) / static_cast<double>(shown) : 1;
 }
 
 Samples read_samples(const fs::path& file) { return read_stored(file).samples; }

@@ -33,8 +33,9 @@ struct StoredPhoto {
 /// u16 and floats.
 StoredPhoto read_stored(const std::filesystem::path& file, std::size_t bands = 0);
 
-/// The share of the pixels of what a file calls an alpha that are neither 0 nor full. Throws InputError.
-double partial_alpha(const std::filesystem::path& file);
+/// Of what a file calls an alpha: the share of the pixels above 0 that have the largest value, or nearly; 1 where all are 0. An alpha
+/// leaves most of what it shows opaque, whatever number stands for that; the values of a band are spread. Throws InputError.
+double opaque_share(const std::filesystem::path& file);
 
 /// A view's photo before it is reduced, all bands of a pixel together.
 struct BandPhoto {

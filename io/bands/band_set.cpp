@@ -62,10 +62,6 @@ std::vector<std::size_t> some_of(const std::vector<std::size_t>& all) {
   return some;
 }
 
-/// Shares of an alpha's pixels that are neither 0 nor full, beyond which it is none: where a file does not say what it is, and where it
-/// calls it one.
-constexpr double kMostly = 0.5, kNearlyAll = 0.999;
-
 class BandFinder {
  public:
   BandFinder(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options)
@@ -125,26 +121,25 @@ class BandFinder {
         with_alpha.push_back(i);
     const std::vector<std::size_t> some = some_of(with_alpha);
     if (some.empty()) return;
-    std::vector<double> partial(some.size());
+    std::vector<double> opaque(some.size(), 1);
     tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t n) {
       try {
-        partial[n] = partial_alpha(view(some[n]).photo);
+        opaque[n] = opaque_share(view(some[n]).photo);
       } catch (const InputError&) {
         // told where the photo is used
       }
     });
     double mean = 0;
-    for (const double share : partial) mean += share / static_cast<double>(partial.size());
-    // Few pixels of a band are 0 or overexposed; a mask that excludes little does not hold more.
-    const bool guessed = holdings_[some[0]].files[0].guesses_alpha;
-    if (mean <= (guessed ? kMostly : kNearlyAll)) return;
+    for (const double share : opaque) mean += share / static_cast<double>(opaque.size());
+    constexpr double kMost = 0.5;
+    if (mean >= kMost) return;
     for (const std::size_t i : with_alpha) {
       ++holdings_[i].bands[0];
       scene_.views[i].uses_alpha = scene_.views[i].uses_alpha && holdings_[i].files[0].has_mask;
     }
     scene_.warn(with_alpha.size(),
-                "photos have a channel in the place of an alpha that is hardly anywhere 0 or full: it is taken for a "
-                "band, as in " +
+                "photos have a channel in the place of an alpha whose values are spread as those of a picture: it is "
+                "taken for a band, as in " +
                     view(some[0]).photo.string());
   }
 
@@ -246,6 +241,11 @@ class BandFinder {
     std::vector<float> all;
     for (const std::vector<float>& of_photo : samples) all.insert(all.end(), of_photo.begin(), of_photo.end());
     set_range(set, std::move(all), linear_light);
+    if (files == 1) return;
+    for (std::size_t file = 0; file < files; ++file) scene_.band_places.push_back(place_of(file, some, matches));
+    warn_of_unregistered(set);
+  }
+
   /// Where a file lies, by its matches in some views.
   BandPlace place_of(std::size_t file, const std::vector<std::size_t>& some,
                      const std::vector<std::vector<std::vector<BandMatch>>>& matches) const {
@@ -267,11 +267,6 @@ class BandFinder {
     }
     if (file == primary_of(view(views_.front()))) place.error_px = 0;
     return place;
-  }
-
-    if (files == 1) return;
-    for (std::size_t file = 0; file < files; ++file) scene_.band_places.push_back(place_of(file, some, matches));
-    warn_of_unregistered(set);
   }
 
   /// The number of each file's first band.

@@ -94,6 +94,14 @@ std::string metadata_of(const BandSet& set) {
   return xml + "</GDALMetadata>\n";
 }
 
+bool names_band(const Band& band) {
+  if (band.wavelength_nm) return true;
+  const std::string name = lower_case(band.name);
+  const auto has = [&](std::string_view part) { return name.find(part) != std::string::npos; };
+  return !name.empty() && name != "a" && !has("alpha") && !has("mask") && !has("opacity") &&
+         !name.starts_with("band") && std::ranges::any_of(name, [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
 bool name_all(const std::vector<Band>& bands, int channels) {
   return !bands.empty() && bands.size() == static_cast<std::size_t>(channels) &&
          std::ranges::none_of(bands,

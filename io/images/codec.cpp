@@ -66,7 +66,6 @@ ImageHeader read_other_header(const ImageBytes& image) {
           exposure_value(found.exposure_seconds, found.f_number, found.sensitivity),
           found.type,
           std::move(found.type_name),
-          found.guesses_alpha,
           found.colors,
           std::move(found.bands),
           found.nodata,

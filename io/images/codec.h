@@ -23,7 +23,7 @@ struct ImageHeader {
   std::optional<float> exposure_value{};            ///< as in View
   std::optional<SampleType> type = SampleType::u8;  ///< u8, u16 or f32; nullopt: samples of another type
   std::string type_name{};                          ///< that of OtherHeader, as what follows
-  bool guesses_alpha = false, colors = true;
+  bool colors = true;
   std::vector<Band> bands{};
   std::optional<double> nodata{};
   bool has_mask = false;

@@ -93,9 +93,15 @@ ImageSize read_image_size(const fs::path& file) {
 PhotoHeader read_photo_header(const fs::path& file) {
   ImageHeader header = header_of(file);
   refuse_other_types({file, "", {}}, header);
-  return {{header.width, header.height}, header.exposure_value, *header.type,         header.channels,
-          header.alpha_channel,          header.linear_light,   header.guesses_alpha, header.colors,
-          std::move(header.bands),       header.has_mask};
+  return {{header.width, header.height},
+          header.exposure_value,
+          *header.type,
+          header.channels,
+          header.alpha_channel,
+          header.linear_light,
+          header.colors,
+          std::move(header.bands),
+          header.has_mask};
 }
 
 std::optional<float> read_exposure_value(const fs::path& file) { return read_photo_header(file).exposure_value; }

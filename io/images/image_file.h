@@ -27,7 +27,7 @@ struct PhotoHeader {
   std::optional<float> exposure_value{};  ///< as in View
   SampleType type = SampleType::u8;
   int channels = 3, alpha_channel = -1;  ///< as in ImageHeader, as what follows
-  bool linear_light = false, guesses_alpha = false, colors = true;
+  bool linear_light = false, colors = true;
   std::vector<Band> bands{};
   bool has_mask = false;
 };

@@ -373,7 +373,6 @@ bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
   }
   header.bits = l.format == SAMPLEFORMAT_IEEEFP ? 0 : l.bits;
   header.alpha_channel = alpha_of(l);
-  header.guesses_alpha = l.extra.empty();
   header.type = l.format == SAMPLEFORMAT_IEEEFP ? SampleType::f32 : l.bits == 16 ? SampleType::u16 : SampleType::u8;
   header.colors = l.colors() == 3 || l.channels == 1 || (l.channels == 2 && header.alpha_channel >= 0);
   read_band_tags(*tiff, header);
@@ -417,3 +416,6 @@ bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& w
 }
 
 }  // namespace gpvc::io
+  if (header.alpha_channel >= 0 && !header.bands.empty() &&
+      names_band(header.bands[static_cast<std::size_t>(header.alpha_channel)]))
+    header.alpha_channel = -1;

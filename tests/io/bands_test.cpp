@@ -1,6 +1,7 @@
 // Scenes of photos with more than RGB of 8 bits: what their bands are, where they lie, and what the photo cache makes of them.
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -256,6 +257,57 @@ TEST(Bands, AFourthOneIsNoAlphaUnlessItLooksLikeOne) {
   // RGB and infrared of 8 bits.
   scene.write_all(spread(4, SampleType::u8, 3, 250), layouts[1]);
   EXPECT_EQ(scene.read().bands->bands.size(), 4u);
+}
+
+// Water is 0 in infrared and roofs are overexposed: a tag that calls it an alpha is wrong all the same.
+TEST(Bands, ATaggedAlphaWithValuesLikeAPicturesIsABand) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const TiffLayout layout{.photometric = PHOTOMETRIC_RGB, .extra = {EXTRASAMPLE_UNASSALPHA}};
+  const auto write = [&](double full, SampleType type, const std::function<double(int, int)>& fourth) {
+    scene.write_all(
+        picture(4, type, [&](std::size_t b, int x, int y) { return b == 3 ? full * fourth(x, y) : 20.0 + x + y; }),
+        layout);
+  };
+  const auto infrared = [](int x, int y) { return x < 6 ? 0.0 : x > 54 ? 1.0 : ((x * 7 + y * 13) % 64) / 63.0; };
+  write(255, SampleType::u8, infrared);
+  ASSERT_TRUE(scene.read().bands);
+  EXPECT_EQ(scene.read().bands->bands.size(), 4u);
+  EXPECT_TRUE(has_warning(scene.read(), "it is taken for a band"));
+  write(4095, SampleType::u16, infrared);
+  EXPECT_EQ(scene.read().bands->bands.size(), 4u);
+  // Alphas: a soft rim, none transparent, most transparent, one of 8 bits in 16.
+  const auto rim = [](int x, int) { return std::clamp((x - 5) / 12.0, 0.0, 1.0); };
+  const auto little = [](int x, int y) { return x > 50 && y > 40 ? 1.0 : 0.0; };
+  for (const auto& alpha : {std::function<double(int, int)>(rim), std::function<double(int, int)>(little),
+                            std::function<double(int, int)>([](int, int) { return 1.0; })}) {
+    write(65535, SampleType::u16, alpha);
+    EXPECT_EQ(scene.read().bands->bands.size(), 3u);
+    write(255, SampleType::u16, alpha);
+    EXPECT_EQ(scene.read().bands->bands.size(), 3u);
+    write(255, SampleType::u8, alpha);
+    EXPECT_FALSE(scene.read().bands);
+  }
+}
+
+// What the file calls the fourth channel goes before how its values are spread.
+TEST(Bands, AnAlphaThatIsNamedAsABandIsOne) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const Samples binary = picture(4, SampleType::u16,
+                                 [](std::size_t b, int x, int y) { return b == 3 ? (x < 9 ? 0 : 65535) : 50 * x + y; });
+  const auto bands = [&](const std::string& name, const std::string& more = "") {
+    scene.write_all(binary, {.photometric = PHOTOMETRIC_RGB,
+                             .extra = {EXTRASAMPLE_UNASSALPHA},
+                             .metadata = "<GDALMetadata><Item name=\"DESCRIPTION\" sample=\"3\" role=\"description\">" +
+                                         name + "</Item>" + more + "</GDALMetadata>"});
+    return scene.read().bands->bands.size();
+  };
+  EXPECT_EQ(bands("NIR"), 4u);
+  EXPECT_EQ(scene.read().bands->bands[3].name, "NIR");
+  EXPECT_FALSE(scene.read().views[0].uses_alpha);
+  EXPECT_EQ(bands("Alpha band"), 3u);
+  EXPECT_EQ(bands("Band 4"), 3u);
+  EXPECT_EQ(bands("4"), 3u);
+  EXPECT_EQ(bands("Band 4", "<Item name=\"WAVELENGTH\" sample=\"3\">842</Item>"), 4u);
 }
 
 // GDAL's own masks: in strips and tiles, of 1 and of 8 bits, behind a smaller picture with a mask of its own.
