@@ -105,7 +105,7 @@ BandPhoto read_files(const View& view, const BandSet& bands, std::span<const Ban
 }  // namespace
 
 StoredPhoto read_stored(const fs::path& file, std::size_t bands) {
-  const FileBytes bytes = image_bytes(file, FileBytes::Use::whole);
+  const FileBytes bytes = image_bytes(file, FileBytes::Use::in_places);
   const ImageBytes image{file, "", bytes.view()};
   const ImageHeader header = read_header(image);
   refuse_other_types(image, header);
@@ -113,7 +113,7 @@ StoredPhoto read_stored(const fs::path& file, std::size_t bands) {
   StoredPhoto photo;
   photo.linear_light = header.linear_light;
   photo.samples = zero_samples(header.width, header.height, static_cast<std::size_t>(header.channels), *header.type);
-  decode_stored(image, header, photo.samples.bytes.data());
+  decode_stored(file, header, photo.samples.bytes.data());
   if (header.alpha_channel >= 0 && photo.samples.bands != bands)
     photo.transparent = take_alpha(photo.samples, static_cast<std::size_t>(header.alpha_channel));
   if (header.has_mask) unite(photo.transparent, decode_mask(image, header));

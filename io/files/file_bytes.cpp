@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <utility>
 
 #include "io/files/paths.h"
 
@@ -15,7 +16,7 @@ namespace gpvc::io {
 namespace {
 
 struct Descriptor {
-  int number;
+  int number = -1;
   ~Descriptor() {
     if (number >= 0) ::close(number);
   }
@@ -40,18 +41,24 @@ std::vector<char> read_all(const std::filesystem::path& file, int descriptor, st
   return bytes;
 }
 
-}  // namespace
-
-FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
+/// Returns the size that the system tells. Throws InputError for what is no regular file.
+std::size_t open_regular(const std::filesystem::path& file, Descriptor& descriptor) {
   // A pipe without a writer would wait for one.
-  const Descriptor descriptor{::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)};
+  descriptor.number = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor.number < 0) throw InputError(file, "", std::string("cannot be opened: ") + std::strerror(errno));
   struct stat status {};
   if (::fstat(descriptor.number, &status) != 0)
     throw InputError(file, "", std::string("cannot be read: ") + std::strerror(errno));
   if (S_ISDIR(status.st_mode)) throw InputError(file, "", "is a folder, expected a file");
   if (!S_ISREG(status.st_mode)) throw InputError(file, "", kNotRegular);
-  const auto size = static_cast<std::size_t>(status.st_size);
+  return static_cast<std::size_t>(status.st_size);
+}
+
+}  // namespace
+
+FileBytes::FileBytes(const std::filesystem::path& file, Use use) {
+  Descriptor descriptor;
+  const std::size_t size = open_regular(file, descriptor);
   if (size > (use == Use::whole ? kRead : 0)) {
     const int ahead = use == Use::whole ? MAP_POPULATE : 0;
     void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE | ahead, descriptor.number, 0);
@@ -84,5 +91,25 @@ void FileBytes::unmap() {
 }
 
 FileBytes::~FileBytes() { unmap(); }
+
+FileParts::FileParts(const std::filesystem::path& file) {
+  Descriptor descriptor;
+  size_ = open_regular(file, descriptor);
+  descriptor_ = std::exchange(descriptor.number, -1);
+}
+
+FileParts::~FileParts() { ::close(descriptor_); }
+
+std::optional<std::size_t> FileParts::read(std::size_t offset, std::span<char> to) const {
+  std::size_t count = 0;
+  while (count < to.size()) {
+    const ssize_t got = ::pread(descriptor_, to.data() + count, to.size() - count, static_cast<off_t>(offset + count));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    count += static_cast<std::size_t>(got);
+  }
+  return count;
+}
 
 }  // namespace gpvc::io

@@ -41,8 +41,8 @@ void decode_samples(const ImageBytes& image, const ImageHeader& header, int chan
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to);
 /// Excludes the pixels that the file's own mask does. Throws InputError. \pre header.has_mask
 PhotoExclusion decode_mask(const ImageBytes& image, const ImageHeader& header);
-/// All channels, the samples as they are stored. \pre header.type
-void decode_stored(const ImageBytes& image, const ImageHeader& header, std::byte* to);
+/// All channels, the samples as they are stored; of most TIFFs without holding the file. \pre header.type
+void decode_stored(const std::filesystem::path& file, const ImageHeader& header, std::byte* to);
 
 /// Parts of the two above. Printers' inks come as RGB, palettes too; what libjpeg and libpng find wrong that may cost a pixel is an
 /// InputError.
@@ -61,6 +61,10 @@ void decode_webp(const ImageBytes& image, int channels, std::uint8_t* to);
 /// OtherFormats return it
 bool read_tiff_header(const ImageBytes& image, OtherHeader& header);
 bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong);
+
+/// decode_tiff() with no more of the file in memory than a strip or a tile, and what check_tiff() checks. Returns false also for files
+/// of which the latter needs more. Throws InputError.
+bool decode_tiff_in_parts(const std::filesystem::path& file, const SampleRoom& room, std::string& wrong);
 
 /// Adds the pixels that the file's own mask excludes to `masked`, which has its size. Returns what is wrong, or nothing.
 std::string decode_tiff_mask(const ImageBytes& image, PhotoExclusion& masked);

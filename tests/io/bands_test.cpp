@@ -373,8 +373,11 @@ TEST(Bands, AMaskThatIsDamagedIsAnError) {
   for (std::size_t length = whole.size() - 1; length > whole.size() - 300; --length) {
     std::ofstream(scene.place("a.tif"), std::ios::binary) << whole.substr(0, length);
     PhotoCache cache(read, 0);
-    const std::string error = input_error([&] { cache.samples(ViewId{0}); });
-    errors += error.empty() ? 0 : 1;
+    try {
+      cache.samples(ViewId{0});
+    } catch (const InputError&) {
+      ++errors;
+    }
   }
   EXPECT_GT(errors, 290u);  // all but those that lack a byte that nothing needs
 }

@@ -146,6 +146,42 @@ TEST(Samples, AreThoseOfTiffsInAllLayouts) {
       }
 }
 
+// Strips and tiles are read one by one, and looked at before they are decoded.
+TEST(Samples, OfDamagedTiffsAreAnError) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a.tif";
+  const Samples samples = noise(37, 23, 3, SampleType::u16);
+  for (const TiffLayout& layout : {TiffLayout{.coding = COMPRESSION_ADOBE_DEFLATE}, TiffLayout{},
+                                   TiffLayout{.coding = COMPRESSION_ADOBE_DEFLATE, .tile = 16, .mode = "w8"}}) {
+    test::write_tiff(file, samples, layout);
+    const std::string whole = test::read_file(file);
+    const auto error_of = [&](const std::string& bytes) -> std::string {
+      folder.write("a.tif", bytes);
+      try {
+        read_samples(file);
+        return "";
+      } catch (const InputError& error) {
+        return error.what();
+      }
+    };
+    EXPECT_EQ(error_of(whole), "");
+    for (std::size_t length = 0; length < whole.size(); length += 7)
+      EXPECT_TRUE(contains(error_of(whole.substr(0, length)), "a.tif")) << length;
+    if (layout.coding == COMPRESSION_NONE) continue;
+    // The checksum that ends the first stream, which libtiff does not look at.
+    const std::size_t begin = whole.find('\x78');
+    ASSERT_NE(begin, std::string::npos);
+    std::size_t found = 0;
+    for (std::size_t at = begin; at < whole.size(); at += 11) {
+      std::string damaged = whole;
+      damaged[at] ^= '\x10';
+      const std::string error = error_of(damaged);
+      found += contains(error, "the compressed data that begin here are damaged") ? 1 : 0;
+    }
+    EXPECT_GT(found, (whole.size() - begin) / 11 / 2);
+  }
+}
+
 template <typename T>
 std::filesystem::path store(const TemporaryFolder& folder, const std::string& name, int channels, OIIO::TypeDesc type,
                             OIIO::TypeDesc stored, const std::vector<T>& samples) {
