@@ -28,6 +28,7 @@ enum class Cure {
   more_bytes,        ///< raise pipeline::OutputSettings::max_bytes
   other_folder,      ///< give results::OutputFolder another folder
   replace_result,    ///< construct results::OutputFolder with `force`: the new result replaces the one that is there
+  bands_as_tiff,     ///< set pipeline::OutputSettings::band_format to tif
   make_editable,     ///< texture again, with pipeline::Settings::editable
   make_job,          ///< make the job, again where there is one: tiles::make_job()
   smaller_tiles,     ///< make the job with a lower tileset::TilesetSettings::faces_per_tile

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,6 +42,22 @@ class FileBytes {
 /// Gives the bytes of a file piece by piece to a function that needs each once, without room for all of them. Throws as FileBytes
 /// does.
 void read_pieces(const std::filesystem::path& file, const std::function<void(std::string_view bytes)>& take);
+
+/// A file that is read a part at a time and not held. Throws InputError as FileBytes does, but of what Git LFS leaves.
+class FileParts {
+ public:
+  explicit FileParts(const std::filesystem::path& file);
+  ~FileParts();
+  FileParts(const FileParts&) = delete;
+  FileParts& operator=(const FileParts&) = delete;
+  std::size_t size() const { return size_; }
+  /// Returns how many of the bytes from `offset` on there are; nullopt: they cannot be read. Thread-safe.
+  std::optional<std::size_t> read(std::size_t offset, std::span<char> to) const;
+
+ private:
+  int descriptor_;
+  std::size_t size_ = 0;
+};
 
 /// Throws InputError if the bytes, which `file` begins with, are of the pointer that Git LFS leaves in a file's place.
 void refuse_lfs_pointer(const std::filesystem::path& file, std::string_view bytes);

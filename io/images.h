@@ -40,6 +40,10 @@ ImageSize read_image_size(const std::filesystem::path& file);
 /// From the header alone. Throws InputError.
 bool has_alpha(const std::filesystem::path& file);
 
+/// True if the file says which of its pixels show nothing: by an alpha, or, of a TIFF, by a mask of its own as GDAL writes it.
+/// From the header alone. Throws InputError.
+bool hides_pixels(const std::filesystem::path& file);
+
 /// Of the photo by its EXIF data, as in View; nullopt where that does not state it. Throws InputError.
 std::optional<float> read_exposure_value(const std::filesystem::path& file);
 
@@ -89,9 +93,16 @@ BandSet band_set_of(std::vector<Band> bands, SampleType type, const std::vector<
 /// What is looked at of samples: the composite's bands, black to white as 0 to 255. 3 channels. O(pixels).
 Image picture_of(const Samples& samples, const BandSet& bands);
 
+/// The formats of samples. A PNG holds 1 to 4 bands of 8 or 16 bits.
+enum class SampleFormat { tif, png };
+inline constexpr Named<SampleFormat> kSampleFormatNames[] = {{"tif", SampleFormat::tif}, {"png", SampleFormat::png}};
+bool fits_png(const BandSet& bands);
+
 /// A TIFF with the bands of each pixel together, in deflate and without loss; names, wavelengths and units of the bands are where GDAL
 /// reads them. `mask`: per pixel, 0 where it has no value; becomes the file's own mask. Empty: none. BigTIFF where it is larger than
-/// 4 GB. Throws OutputError.
+/// 4 GB. A file called .png becomes one, without the mask and with the same text of its bands: 2 and 4 of them lie where other
+/// programs look for grey or RGB with an alpha, read_samples() takes them for bands by this text. Throws OutputError.
+/// \pre of a PNG: fits_png(bands)
 void write_samples(const std::filesystem::path& file, const Samples& samples, const BandSet& bands,
                    std::span<const std::uint8_t> mask = {});
 

@@ -178,25 +178,36 @@ struct Pose {
   WorldPoint centre;
 };
 
+/// How a file with a band shows what the photo shows, by the cameras of both as they took them, before any reduction: the ray (x, y, 1) of
+/// the photo's frame is file_from_photo (x, y, 1) + shift / Z in the file's, with Z the depth of what it meets.
+struct BandCamera {
+  Camera photo, file;
+  std::array<double, 9> file_from_photo{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
+  WorldPoint shift;                                                  ///< of the photo's centre, in the file's axes
+};
+
 struct View {
   std::string name;             ///< as the scene names it, '/'-separated, unique
   std::filesystem::path photo;  ///< where the photo lies on disk
   Camera camera;                ///< at the size the stages work in (already reduced by --downscale)
   Pose pose;
   std::filesystem::path mask{};  ///< image of the photo's size whose black pixels exclude the photo's; or empty
-  bool uses_alpha = false;       ///< pixels of the photo with alpha 0 are excluded
-  int reduction = 1;             ///< pixels of the photo and the mask to one of the camera, each way
+  /// Pixels of the photo are excluded whose alpha is 0, or which a mask that its file holds excludes (of other files with its bands, too).
+  bool uses_alpha = false;
+  int reduction = 1;         ///< pixels of the photo and the mask to one of the camera, each way
   std::uint32_t number = 0;  ///< the scene's: COLMAP's, which its points refer to; of others the place in their list
   /// Exposure value at ISO 100 that the photo was taken with, by its EXIF data: with one more, a camera gathers half the light.
   std::optional<float> exposure_value{};
   /// Where a photo's bands lie in several files: these, in the order of the bands; `photo`, whose camera the view has, is one of them.
   std::vector<std::filesystem::path> band_files{};
+  std::vector<BandCamera> band_cameras{};  ///< one for each of these where the scene has cameras for them, else none
 };
 
 /// Where one of View::band_files shows what View::photo shows, the same in all views of a scene: with (x, y) the place in the photo, at
-/// (m[0] x + m[1] y + m[2], m[3] x + m[4] y + m[5]), in pixels of files that are not reduced.
+/// (m[0] x + m[1] y + m[2], m[3] x + m[4] y + m[5]), in pixels of files that are not reduced. Views with View::band_cameras go by these.
 struct BandPlace {
   std::array<double, 6> file_from_photo{1, 0, 0, 0, 1, 0};
+  double nearness = 0;  ///< 1 / Z of BandCamera, one for the whole scene
   /// How far from there, by the median, pictures of the two files that were compared with each other show it; nullopt: they
   /// could not be compared.
   std::optional<double> error_px{};

@@ -50,13 +50,16 @@ struct SceneOptions {
   /// Folders with one band each: of all bands, or of those that the photos have not.
   std::vector<BandFolder> bands{};
   /// Each camera of a multispectral rig writes a file, whose name ends with the band. True: files beside a photo whose names differ from its
-  /// name in that ending alone hold its other bands (see band_files.h).
+  /// name in that ending alone hold its other bands (see band_files.h). Where the scene has views for these files, one view of each photo is
+  /// left, with View::band_cameras (see band_views.h).
   bool bands_by_name = true;
   /// The names or numbers, from 1 on, of the bands that are red, green and blue in what is looked at, or of one that is grey; empty: by
   /// their names.
   std::vector<std::string> composite{};
   /// One view for each photo of a fisheye, however wide, whose edges then lie beyond the frame; for writing the scene.
   bool whole_fisheyes = false;
+  /// Bands that the scene has views for stay views of their own; for writing the scene.
+  bool bands_as_listed = false;
 };
 
 /// Reads a scene of any format that a scenes/NAME_scene.cpp reads; the format is recognized by what `source` (a file or a

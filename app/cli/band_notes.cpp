@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/number_text.h"
+#include "io/photo_pixel.h"
 
 namespace gpvc::cli {
 namespace {
@@ -33,13 +34,21 @@ const View* view_of_files(const Scene& scene) {
 
 std::string place_text(const Scene& scene, const View& view, std::size_t file) {
   const BandPlace& place = scene.band_places[file];
-  const auto& m = place.file_from_photo;
   const double x = view.camera.width * view.reduction / 2.0, y = view.camera.height * view.reduction / 2.0;
+  const std::string name = view.band_files[file].filename().string();
+  if (!view.band_cameras.empty()) {
+    const auto at = io::place_in_file(view.band_cameras[file], place.nearness, {x, y});
+    std::string text = name + " lies over its photo by the cameras of the scene";
+    if (at) text += fmt::format(", {:.2f} px right and {:.2f} px down in its middle", at->x - x, at->y - y);
+    if (place.nearness > 0) text += fmt::format(", of what is {:.4g} away", 1 / place.nearness);
+    return place.error_px ? fmt::format("{}; to {:.2f} px in the median of what was compared", text, *place.error_px)
+                          : text;
+  }
+  const auto& m = place.file_from_photo;
   const double right = m[0] * x + m[1] * y + m[2] - x, down = m[3] * x + m[4] * y + m[5] - y;
   const bool turns = m[0] != 1 || m[1] != 0 || m[3] != 0 || m[4] != 1;
-  std::string text =
-      fmt::format("{} shows the same {:.2f} px right and {:.2f} px down in its middle{}",
-                  view.band_files[file].filename().string(), right, down, turns ? ", turned or scaled" : "");
+  std::string text = fmt::format("{} shows the same {:.2f} px right and {:.2f} px down in its middle{}", name, right,
+                                 down, turns ? ", turned or scaled" : "");
   if (place.error_px) text += fmt::format(", to {:.2f} px in the median of what was compared", *place.error_px);
   return text;
 }
@@ -72,6 +81,7 @@ Json bands_json(const Scene& scene) {
   for (const std::size_t band : set.composite) composite.push_back(set.bands[band].name);
   for (const BandPlace& place : scene.band_places)
     files.push_back({{"file_from_photo", place.file_from_photo},
+                     {"nearness", place.nearness},
                      {"error_px", place.error_px ? Json(*place.error_px) : Json(nullptr)}});
   return {{"type", name_of(kSampleTypeNames, set.type)},
           {"bands", bands},

@@ -89,6 +89,7 @@ class Conversion {
     check_places(options_.input, "SCENE alone is converted");
     SceneInput input = options_.input;
     input.whole_fisheyes = true;
+    input.bands_as_listed = true;
     scene_ = read_views(input, used_);
     for (const std::string& warning : scene_.warnings) record_.warning(warning);
     choose_coordinates();
@@ -108,11 +109,13 @@ class Conversion {
       view.uses_alpha = false;
     }
     io::PhotoCache photos(whole, 0), excluding(scene_, 0);
-    std::size_t left_behind = 0;
+    std::size_t left_behind = 0, masks = 0, unmasked = 0;
     for (std::size_t i = 0; i < used_.size(); ++i) {
       record_.progress(i, used_.size());
       write_photo(i, photos);
-      write_mask(i, excluding);
+      masks += write_mask(i, excluding) ? 1 : 0;
+      if (may_lack_data() && !masks_[i] && !has_mask(view_of(scene_, used_[i])))
+        unmasked += excluding.exclusion(used_[i]) != nullptr ? 1 : 0;
       left_behind += copies_photos() ? copy_bands(i) : 0;
     }
     if (left_behind > 0)
@@ -120,12 +123,17 @@ class Conversion {
           "{} files of bands lie in other folders than their photos, or these got other names: they are not "
           "copied",
           left_behind));
+    if (masks > 0) record_.note(fmt::format("masks of {} photos are written", masks));
+    if (unmasked > 0)
+      record_.warning(
+          fmt::format("{} photos have pixels without data, which no mask of the new scene excludes", unmasked));
+    record_.counts["masks"] = masks;
     record_.end(options_.undistort ? "undistorted" : options_.input.downscale > 1 ? "reduced" : "copied");
 
     for (const fs::path& listing : io::listing_files(options_.target, places_)) folder_.file(listing);
     io::write_scene(options_.target, written_, used_, places_, folder_.in_making());
     folder_.promise_all();
-    record_.counts = {{"views", used_.size()}};
+    record_.counts["views"] = used_.size();
     const fs::path result = writer_.files.size() == 1 ? writer_.files.front() : fs::path();
     return {.options = options_json(), .result = (options_.out / result).string()};
   }
@@ -194,9 +202,7 @@ class Conversion {
     std::set<fs::path> taken;
     std::vector<fs::path> masks;
     for (std::size_t i = 0; i < used_.size(); ++i) {
-      // What is decoded loses what its file says of pixels without data.
-      const bool may_lack_data = scene_.bands && !copies_photos();
-      const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank || may_lack_data;
+      const bool masked = has_mask(view_of(scene_, used_[i])) || frames_[i].blank || may_lack_data();
       masks_.push_back(masked && writer_.mask_place != nullptr ? std::optional(writer_.mask_place(places_[i]))
                                                                : std::nullopt);
       if (!masks_.back()) continue;
@@ -232,6 +238,8 @@ class Conversion {
           fmt::format("{} will use the blank parts of undistorted photos; --frame inside leaves nothing blank", who));
   }
 
+  /// What is decoded loses what its file says of pixels without data.
+  bool may_lack_data() const { return scene_.bands && !copies_photos(); }
   bool copies_photos() const { return !options_.undistort && options_.input.downscale == 1; }
 
   void expect_space() const {
@@ -279,19 +287,24 @@ class Conversion {
     return left;
   }
 
-  void write_mask(std::size_t i, io::PhotoSource& excluding) {
+  /// False where the photo needs none.
+  bool write_mask(std::size_t i, io::PhotoSource& excluding) {
     const View& view = view_of(scene_, used_[i]);
-    if (!masks_[i]) return;
+    if (!masks_[i]) return false;
     // Masks are written as PNG without alpha, which other programs ignore.
     const bool unchanged = copies_photos() && io::has_plain_mask(view);
-    if (unchanged) return io::copy_file(view.mask, folder_.file(*masks_[i]));
+    if (unchanged) {
+      io::copy_file(view.mask, folder_.file(*masks_[i]));
+      return true;
+    }
     const auto exclusion = excluding.exclusion(used_[i]);
-    if (!exclusion && !options_.undistort) return;
+    if (!exclusion && !options_.undistort) return false;
     const Image mask = options_.undistort
                            ? pipeline::undistort_mask(exclusion ? &*exclusion : nullptr, view.camera, frames_[i].window)
                            : pipeline::mask_image(*exclusion);
     const bool excludes = std::find(mask.pixels.begin(), mask.pixels.end(), 0) != mask.pixels.end();
     if (excludes) io::write_image(folder_.file(*masks_[i]), mask, io::ImageFormat::png, 0);
+    return excludes;
   }
 
   Json options_json() const {

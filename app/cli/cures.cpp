@@ -39,6 +39,8 @@ std::string clause_of(Cure cure) {
       return "choose another folder";
     case Cure::replace_result:
       return "give --force to replace it when the new one is complete";
+    case Cure::bands_as_tiff:
+      return "take TIFFs for them by --band-format tif";
     case Cure::make_editable:
       return "texture it again with --editable";
     case Cure::make_job:

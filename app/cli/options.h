@@ -57,8 +57,9 @@ struct SceneInput {
   bool bands_by_name = true;
   std::vector<std::string> composite;  ///< names or numbers of bands; empty: by their names
   bool skip_bad_photos = false;
-  bool whole_fisheyes = false;  ///< one view for each photo, see io::SceneOptions
-  std::string mesh_crs;         ///< reference system of the meshes; empty: found, if it is not the scene's
+  bool whole_fisheyes = false;   ///< one view for each photo, see io::SceneOptions
+  bool bands_as_listed = false;  ///< see there
+  std::string mesh_crs;          ///< reference system of the meshes; empty: found, if it is not the scene's
   int reduction() const { return preview && downscale == 1 ? kPreviewReduction : downscale; }
   io::SceneOptions reader_options() const {
     return {.images_dir = images_dir,
@@ -69,7 +70,8 @@ struct SceneInput {
             .bands = bands,
             .bands_by_name = bands_by_name,
             .composite = composite,
-            .whole_fisheyes = whole_fisheyes};
+            .whole_fisheyes = whole_fisheyes,
+            .bands_as_listed = bands_as_listed};
   }
 };
 

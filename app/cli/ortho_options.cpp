@@ -9,7 +9,8 @@ namespace {
 // What textures a mesh and is not about the files of a model.
 bool is_for_ortho(const pipeline::OptionInfo& info) {
   const std::string_view name = info.name;
-  const bool of_files = name == "texture" || name == "quality" || name == "lit" || name == "up";
+  const bool of_files =
+      name == "texture" || name == "quality" || name == "band-format" || name == "lit" || name == "up";
   return !of_files && options_for(pipeline::For::one_process)(info);
 }
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <span>
 #include <string>
 
@@ -93,6 +94,12 @@ double bytes_of(const SceneInputData& in, bool ivm) {
   return bytes;
 }
 
+std::size_t pixels_in(const io::PhotoExclusion& excluded) {
+  std::size_t count = 0;
+  for (const std::uint64_t word : excluded.words) count += static_cast<std::size_t>(std::popcount(word));
+  return count;
+}
+
 void classify_views(const SceneInputData& in, const VisibilityCommandOptions& options,
                     visibility::GraphicsDevice* device, results::OutputFolder& folder, RunRecord& record,
                     evaluate::OracleCheck& check) {
@@ -108,10 +115,16 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
   Totals all;
   io::PhotoCache photos(in.scene);  // knows what masks exclude, and pixels without data
   visibility::ViewVisibility seen;
+  std::size_t excluded_pixels = 0, excluding = 0;
   for (std::size_t n = 0; n < in.used.size(); ++n) {
     record.progress(n, in.used.size());
     const View& view = in.scene.views[index(in.used[n])];
-    visibility.classify(view, in.used[n], photos.exclusion(in.used[n]).get(), seen);
+    const auto excluded = photos.exclusion(in.used[n]);
+    visibility.classify(view, in.used[n], excluded.get(), seen);
+    if (excluded) {
+      ++excluding;
+      excluded_pixels += pixels_in(*excluded);
+    }
     write_view(in, view, seen, options.ivm, folder);
     Totals one;
     one.add(seen);
@@ -121,6 +134,10 @@ void classify_views(const SceneInputData& in, const VisibilityCommandOptions& op
   }
   record.console.result(table_row("all", name_width, all));
   record_totals(all, record);
+  record.counts["excluded_pixels"] = excluded_pixels;
+  if (excluding > 0)
+    record.note(fmt::format("excluded by masks, by alphas or for want of data: {} pixels of {} photos",
+                            results::readable_count(excluded_pixels), excluding));
   record.end(fmt::format("{} views", in.used.size()));
 }
 

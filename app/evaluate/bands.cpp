@@ -19,14 +19,15 @@ std::vector<Samples> read_pages(const io::LoadedModel& model, const BandSet& ban
   std::vector<Samples> pages;
   for (std::size_t n = 0; n < model.pages.size(); ++n) {
     const std::filesystem::path page = pipeline::page_file_of(file, model, n);
-    std::optional<Samples> samples = pipeline::samples_beside(page, model.pages[n].width, model.pages[n].height);
-    if (!samples) return {};
-    if (samples->bands != bands.bands.size() || samples->type != bands.type)
-      throw InputError(pipeline::samples_of(page), "",
-                       fmt::format("has {} bands of {}, and the photos {} of {}", samples->bands,
-                                   name_of(kSampleTypeNames, samples->type), bands.bands.size(),
+    auto found = pipeline::samples_beside(page, model.pages[n].width, model.pages[n].height);
+    if (!found) return {};
+    Samples& samples = found->samples;
+    if (samples.bands != bands.bands.size() || samples.type != bands.type)
+      throw InputError(found->file, "",
+                       fmt::format("has {} bands of {}, and the photos {} of {}", samples.bands,
+                                   name_of(kSampleTypeNames, samples.type), bands.bands.size(),
                                    name_of(kSampleTypeNames, bands.type)));
-    pages.push_back(std::move(*samples));
+    pages.push_back(std::move(samples));
   }
   return pages;
 }

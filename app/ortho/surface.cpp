@@ -90,9 +90,9 @@ void read_labels(const fs::path& folder, atlas::UnseenFaces unseen, Surface& sur
 void read_samples(const fs::path& model, const io::LoadedModel& loaded, std::size_t first_page, PageStore& pages) {
   for (std::size_t page = first_page; page < pages.size(); ++page) {
     const fs::path file = pipeline::page_file_of(model, loaded, page - first_page);
-    std::optional<Samples> samples = pipeline::samples_beside(file, pages[page].width, pages[page].height);
-    if (!samples) return;
-    pages.take_samples(page, {std::move(*samples), {}}, io::read_band_set(pipeline::samples_of(file)));
+    auto found = pipeline::samples_beside(file, pages[page].width, pages[page].height);
+    if (!found) return;
+    pages.take_samples(page, {std::move(found->samples), {}}, io::read_band_set(found->file));
   }
 }
 

@@ -28,8 +28,8 @@ inline constexpr double kDrawnVertex = sizeof(CameraPoint) + sizeof(PixelPoint);
 inline constexpr double kSummedFace = 100;
 /// Two views are in work: each has item buffer and photo, and one more photo is decoded. The factor is for the strip along
 /// silhouettes and the depths that are drawn.
-/// Two photos at a time are decoded. Where they have bands, each has its file in memory and, of photos of which only the picture is
-/// wanted, its samples.
+/// Two photos at a time are decoded. Where they have bands, each has its samples while only the picture is wanted, and its file in memory
+/// (PNG, EXR), or one band's file decoded beside them; most TIFFs take less.
 inline double decoding_pixel(const Workload& work) { return 2 * work.sample_bytes; }
 inline double seen_pixel(const Workload& work) {
   return 1.53 * (2 * kOwnerPixel + 3 * kPhotoPixel) + 2 * decoding_pixel(work);

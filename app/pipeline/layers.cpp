@@ -42,7 +42,7 @@ class LayerFiles final : public PageSink {
     for (std::size_t n = 0; n < size.pages; ++n) {
       const fs::path page = inside_ / page_file_name(run_.input, n, run_.settings.output.texture);
       pages_.push_back(folder_.file(page));
-      if (run_.input.scene.bands) samples_.push_back(folder_.file(samples_of(page)));
+      if (run_.input.scene.bands) samples_.push_back(folder_.file(samples_of(page, run_.settings.output.band_format)));
     }
   }
   void take_page(std::size_t number, Image page) override {

@@ -39,7 +39,8 @@ GPVC_MEMBERS(AtlasOptions, page_size, padding, align, seams, band_gains, blend, 
 
 namespace gpvc::pipeline {
 GPVC_MEMBERS(ViewRule, region, allow, views, name)
-GPVC_MEMBERS(OutputSettings, target, max_bytes, webp_quality, jpeg_fallback, texture, quality, gltf, normals, lit, up)
+GPVC_MEMBERS(OutputSettings, target, max_bytes, webp_quality, jpeg_fallback, texture, quality, band_format, gltf,
+             normals, lit, up)
 GPVC_MEMBERS(Settings, visibility, device, costs, allow_misfit, allow_unseen, view_rules, edge_weights, solver, atlas,
              output, memory_bytes, keep_work, editable, overlap)
 
@@ -86,6 +87,7 @@ constexpr const auto& names_of(atlas::Blending) { return atlas::kBlendingNames; 
 constexpr const auto& names_of(atlas::UnseenFaces) { return atlas::kUnseenFacesNames; }
 constexpr const auto& names_of(Target) { return kTargetNames; }
 constexpr const auto& names_of(io::ImageFormat) { return kPageFormatNames; }
+constexpr const auto& names_of(io::SampleFormat) { return io::kSampleFormatNames; }
 constexpr const auto& names_of(io::GltfContainer) { return io::kGltfContainerNames; }
 constexpr const auto& names_of(KeepWork) { return kKeepWorkNames; }
 constexpr const auto& names_of(Overlap) { return kOverlapNames; }
@@ -251,6 +253,9 @@ auto options_of(T& o) {
               "Format of the pages: jpg is quick to write and load, png is lossless"),
       // Pages of two qualities may be those of one model.
       number(o.quality, "quality", models, kOutput, "N", 1, 100, "JPEG quality of the pages, 1 to 100"),
+      offered(o.band_format, "band-format", page_files, kOutput,
+              "Format of the bands beside the pages, where photos have more than RGB of 8 bits. tif: model_N.tif; png: "
+              "model_N_bands.png, which holds 1 to 4 bands of 8 or 16 bits, and no mask of the texels with a value"),
       only(For::one_model,
            offered(o.gltf, "gltf", models, kOutput,
                    "glb: one file, model.glb; files: model.gltf with model.bin and the pages beside it, which is also "

@@ -154,6 +154,7 @@ TexturedMesh texture(Scene& scene, Mesh& mesh, const Settings& settings, io::Pho
 
 TexturedMesh texture(const Run& given) {
   checks::validate(given.input);
+  check_band_format(given.input, given.settings.output);
   look_at_layout(given);
   const MemoryPlan memory = plan_memory(given.input, given.settings);
   std::error_code failed;
@@ -168,6 +169,7 @@ TexturedMesh texture(const Run& given) {
 
 TexturedFiles texture_into(const Run& run, OutputFolder& folder, std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
+  check_band_format(run.input, run.settings.output);
   const MemoryPlan memory = plan_memory(run.input, run.settings);
   try {
     return texture_within(memory, run, folder, layers);

@@ -125,10 +125,11 @@ struct PagesBeside {
 
 /// The samples of an earlier page. Throws InputError where they are not those of this page.
 Samples earlier_samples(const fs::path& file, const BandSet& bands, const Image& page) {
-  std::optional<Samples> samples = samples_beside(file, page.width, page.height);
-  if (!samples || samples->bands != bands.bands.size() || samples->type != bands.type)
-    throw InputError(samples_of(file), "", "is not what was written there with its page", {Cure::make_editable});
-  return std::move(*samples);
+  Samples samples = io::read_samples(file);
+  if (samples.width != page.width || samples.height != page.height || samples.bands != bands.bands.size() ||
+      samples.type != bands.type)
+    throw InputError(file, "", "is not what was written there with its page", {Cure::make_editable});
+  return samples;
 }
 
 /// Copies the pages that are kept, and returns those whose colours the new charts need.
@@ -147,8 +148,9 @@ PagesBeside keep_pages(const fs::path& from, const Input& input, const EditModel
                        fmt::format("expected the page of {} x {} texels that was written there, found {} x {}",
                                    before.page_sizes[p][0], before.page_sizes[p][1], page.width, page.height));
     if (input.scene.bands) {
-      if (needed[p] != 0) pages.samples[p] = earlier_samples(file, *input.scene.bands, page);
-      files.keep_samples(change.page_number[p], samples_of(file));
+      const fs::path samples = samples_of(file, settings.output.band_format);
+      if (needed[p] != 0) pages.samples[p] = earlier_samples(samples, *input.scene.bands, page);
+      files.keep_samples(change.page_number[p], samples);
     }
     files.keep_page(change.page_number[p], file, page);
     if (needed[p] != 0) pages.images[p] = std::move(page);
@@ -357,6 +359,7 @@ labeling::Reselection choose_again(const Earlier& earlier, const Settings& setti
 TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder,
                              std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
+  check_band_format(run.input, run.settings.output);
   look_at_layout(run);
   const Clock::time_point start = Clock::now();
   const auto& [input, settings, photos, observer, kept] = run;

@@ -34,7 +34,8 @@ struct OutputSettings {
   int webp_quality = 85;      ///< of pages for the web
   bool jpeg_fallback = true;  ///< pages for the web have one, for readers without WebP
   io::ImageFormat texture = io::ImageFormat::jpg;
-  int quality = 95;  ///< of JPEG pages
+  int quality = 95;                                      ///< of JPEG pages
+  io::SampleFormat band_format = io::SampleFormat::tif;  ///< of the samples beside pages, where photos have bands
   io::GltfContainer gltf = io::GltfContainer::glb;
   bool normals = false;
   bool lit = false;              ///< io::ModelOptions::lit

@@ -173,18 +173,34 @@ std::string page_name(std::size_t number, io::ImageFormat format) {
   return fmt::format("model_{}.{}", number, name_of(io::kImageFormatNames, format));
 }
 
-fs::path samples_of(const fs::path& page) { return fs::path(page).replace_extension(".tif"); }
+fs::path samples_of(const fs::path& page, io::SampleFormat format) {
+  if (format == io::SampleFormat::tif) return fs::path(page).replace_extension(".tif");
+  // The page itself may be a PNG.
+  return page.parent_path() / (page.stem().string() + "_bands.png");
+}
+
+void check_band_format(const Input& input, const OutputSettings& settings) {
+  const std::optional<BandSet>& set = input.scene.bands;
+  if (!set || settings.band_format != io::SampleFormat::png || io::fits_png(*set)) return;
+  throw InputError(input.scene.views[index(input.views.front())].photo, "",
+                   fmt::format("holds {} {} of {}, and a PNG holds 1 to 4 of u8 or u16", set->bands.size(),
+                               set->bands.size() == 1 ? "band" : "bands", name_of(kSampleTypeNames, set->type)),
+                   {Cure::bands_as_tiff});
+}
 
 fs::path page_file_of(const fs::path& model, const io::LoadedModel& loaded, std::size_t page) {
   const bool has_file = page < loaded.page_files.size() && !loaded.page_files[page].empty();
   return has_file ? loaded.page_files[page] : model.parent_path() / page_name(page, io::ImageFormat::jpg);
 }
 
-std::optional<Samples> samples_beside(const fs::path& page, int width, int height) {
-  const fs::path file = samples_of(page);
-  if (!io::is_file(file)) return std::nullopt;
-  Samples samples = io::read_samples(file);
-  return samples.width == width && samples.height == height ? std::optional(std::move(samples)) : std::nullopt;
+std::optional<FoundSamples> samples_beside(const fs::path& page, int width, int height) {
+  for (const io::SampleFormat format : {io::SampleFormat::tif, io::SampleFormat::png}) {
+    fs::path file = samples_of(page, format);
+    if (!io::is_file(file)) continue;
+    Samples samples = io::read_samples(file);
+    if (samples.width == width && samples.height == height) return FoundSamples{std::move(file), std::move(samples)};
+  }
+  return std::nullopt;
 }
 
 FileSizes predicted_sizes(const Input& input, const Settings& settings, double texels) {
@@ -214,7 +230,8 @@ void ModelFiles::begin(const atlas::AtlasEstimate& size) {
   folder_.file("model.mtl");
   pages_ = promise_pages(run_.input, folder_, size.pages, run_.settings.output.texture);
   if (run_.input.scene.bands)
-    for (const io::PageFile& page : pages_) samples_.push_back(folder_.file(samples_of(page.file.filename())));
+    for (const io::PageFile& page : pages_)
+      samples_.push_back(folder_.file(samples_of(page.file.filename(), run_.settings.output.band_format)));
   preview_file_ = folder_.file("preview.png");
   labels_file_ = folder_.file("labels.npy");
   tags_file_ = folder_.file("tags.npy");

@@ -23,15 +23,24 @@ std::string page_name(std::size_t number, io::ImageFormat format);
 /// mesh's own; tilesets are placed on the globe, for which the scene's are metres and their heights are known.
 enum class Coordinates { of_mesh_file, of_scene };
 
-/// The file of its samples, where photos have bands. Those of a page that a layout names are called like the page.
-std::filesystem::path samples_of(const std::filesystem::path& page);
+/// The file of its samples, where photos have bands: NAME.tif or NAME_bands.png. Those of a page that a layout names are called like
+/// the page.
+std::filesystem::path samples_of(const std::filesystem::path& page, io::SampleFormat format);
+
+/// Throws InputError for bands that the format cannot hold.
+void check_band_format(const Input& input, const OutputSettings& settings);
 
 /// The file of a page of a model that was read. Of one in the model's own file what it is called beside model.obj.
 std::filesystem::path page_file_of(const std::filesystem::path& model, const io::LoadedModel& loaded, std::size_t page);
 
-/// The samples of a page in a result's folder; nullopt where there are none, or not of the page's size: then they are another
+/// Samples of a page, and the file that holds them.
+struct FoundSamples {
+  std::filesystem::path file;
+  Samples samples;
+};
+/// Those in a result's folder, of either format; nullopt where there are none, or not of the page's size: then they are another
 /// program's. Throws InputError.
-std::optional<Samples> samples_beside(const std::filesystem::path& page, int width, int height);
+std::optional<FoundSamples> samples_beside(const std::filesystem::path& page, int width, int height);
 
 /// How the result's files write coordinates.
 io::ModelOptions model_options(const Input& input, std::span<const ViewId> labels, const OutputSettings& settings,
@@ -96,7 +105,7 @@ class ModelFiles final : public PageSink {
   std::future<void> take_model(const io::TexturedModel& model) override;
   /// Writes a page and keeps what the preview needs of it. The last one is written while finish() draws the preview.
   void take_page(std::size_t number, Image page) override;
-  /// Writes model_N.tif.
+  /// Writes model_N.tif or model_N_bands.png.
   void take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) override;
   /// Takes over the file of a page of another result, byte for byte, instead of take_page().
   void keep_page(std::size_t number, const std::filesystem::path& from, const Image& page);

@@ -36,6 +36,8 @@ std::string clause_of(Cure cure) {
       return "take a mesh of fewer faces";
     case Cure::more_bytes:
       return "allow more by max_bytes=";
+    case Cure::bands_as_tiff:
+      return "take TIFFs for them by band_format='tif'";
     case Cure::other_folder:
       return "choose another path";
     case Cure::replace_result:

@@ -74,7 +74,7 @@ struct Writer {
     std::vector<fs::path> files;
     for (std::size_t n = 0; n < samples.size(); ++n) {
       run.observer.check_cancelled();
-      files.push_back(pipeline::samples_of(pages[n].file));
+      files.push_back(pipeline::samples_of(pages[n].file, run.settings.output.band_format));
       io::write_samples(files.back(), samples[n].samples, *result.scene.bands, samples[n].charts);
     }
     return files;

@@ -114,7 +114,7 @@ PhotoScene scene_of(const Cameras& cameras, py::object pictures) {
     limit_distortion(view.camera);
     view.pose = pose_from(cameras.rotations.data() + 9 * v, cameras.translations.data() + 3 * v);
     if (!view.photo.empty()) {
-      view.uses_alpha = io::has_alpha(view.photo);
+      view.uses_alpha = io::hides_pixels(view.photo);
       view.exposure_value = io::read_exposure_value(view.photo);
     }
     view.number = static_cast<std::uint32_t>(v);
@@ -230,6 +230,7 @@ void bind_scene(py::module_& module) {
              for (View& view : bare->views) {
                view.photo = view.mask = fs::path{};
                view.band_files.clear();
+               view.band_cameras.clear();
                view.uses_alpha = false;
                view.reduction = 1;
              }
@@ -264,7 +265,7 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("warnings", [](const PhotoScene& scene) { return scene.scene->warnings; })
       .def_property_readonly("has_pictures", [](const PhotoScene& scene) { return !scene.pictures->is_none(); });
   module.def("read_mesh", &read_mesh);
-  module.def("has_alpha", [](const std::string& file) { return io::has_alpha(file); });
+  module.def("hides_pixels", [](const std::string& file) { return io::hides_pixels(file); });
   module.def("image_size", [](const std::string& file) {
     const io::ImageSize size = io::read_image_size(file);
     return std::pair(size.width, size.height);
@@ -275,7 +276,7 @@ void bind_scene(py::module_& module) {
     const io::ImageSize size = photo.empty() ? io::read_image_size(mask) : io::read_image_size(photo);
     view.camera.width = size.width;
     view.camera.height = size.height;
-    view.uses_alpha = !photo.empty() && io::has_alpha(photo);
+    view.uses_alpha = !photo.empty() && io::hides_pixels(photo);
     Image image;
     std::optional<io::PhotoExclusion> excluded;
     {

@@ -53,7 +53,8 @@ bool is_written_by(std::string_view command, const std::string& name) {
   if (command != "texture" || !name.starts_with("model_")) return false;
   const std::size_t end = name.find_first_not_of("0123456789", 6);
   const std::string extension = end == std::string::npos || end == 6 ? "" : name.substr(end);
-  return extension == ".png" || extension == ".jpg" || extension == ".tif" || extension == ".bin";
+  return extension == ".png" || extension == ".jpg" || extension == ".tif" || extension == "_bands.png" ||
+         extension == ".bin";
 }
 
 std::optional<std::string> name_from_json(const nlohmann::ordered_json& entry) {

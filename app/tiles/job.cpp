@@ -55,6 +55,7 @@ io::WorkKey job_key(const pipeline::Run& run, std::string_view program, const Jo
     hash.add(view.photo);
     hash.add(view.mask);
     hash.add(view.band_files);
+    hash.add(view.band_cameras);
     hash.add(view.uses_alpha);
     hash.add(view.reduction);
   }

@@ -223,6 +223,7 @@ Job cut_scene(const checks::Input& input, const JobSettings& settings, results::
 std::vector<Unit> make_job(const JobFolder& folder, const pipeline::Input& input, const JobSettings& settings,
                            const std::string& program, pipeline::Observer& observer) {
   checks::validate(input);
+  pipeline::check_band_format(input, settings.texture.output);
   tileset::refuse_place(input.scene, input.mesh.positions.front(), settings.tiles.place);
   // Whose bytes count are those that units look at.
   io::CallbackSource no_photos(input.scene, [](ViewId) { return io::Picture{}; });

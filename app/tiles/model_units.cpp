@@ -120,7 +120,7 @@ void UnitRunner::bake(const Unit& unit, const io::WorkKey& /*key*/) {
   if (finest) {
     for (const io::PageFile& page : pages.files()) {
       note_output(page.file);
-      if (scene.bands) note_output(tileset::samples_file(page));
+      if (scene.bands) note_output(pipeline::samples_of(page.file, settings.output.band_format));
     }
     for (const char* name : {"model.obj", "model.mtl", pipeline::kOffsetFile, pipeline::kMetadataFile})
       if (io::is_file(obj / name)) note_output(obj / name);

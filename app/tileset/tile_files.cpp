@@ -58,7 +58,7 @@ void PageFiles::begin(const atlas::AtlasEstimate& size) {
   // Those of an earlier result, which may have had more.
   std::error_code none;
   for (std::size_t p = size.pages; std::filesystem::remove(file(p), none); ++p)
-    std::filesystem::remove(samples_file({file(p), settings_.texture}), none);
+    std::filesystem::remove(pipeline::samples_of(file(p), settings_.band_format), none);
 }
 
 void PageFiles::take_page(std::size_t number, Image page) {
@@ -66,20 +66,17 @@ void PageFiles::take_page(std::size_t number, Image page) {
 }
 
 void PageFiles::take_samples(std::size_t number, atlas::PageSamples page, const BandSet& bands) {
-  if (samples_) io::write_samples(samples_file(files_[number]), page.samples, bands, page.charts);
+  if (samples_)
+    io::write_samples(pipeline::samples_of(files_[number].file, settings_.band_format), page.samples, bands,
+                      page.charts);
 }
 
 void PageFiles::remove() noexcept {
   std::error_code ignored;
   for (const io::PageFile& page : files_) {
     std::filesystem::remove(page.file, ignored);
-    std::filesystem::remove(samples_file(page), ignored);
+    std::filesystem::remove(pipeline::samples_of(page.file, settings_.band_format), ignored);
   }
-}
-
-std::filesystem::path samples_file(const io::PageFile& page) {
-  std::filesystem::path file = page.file;
-  return file.replace_extension(".tif");
 }
 
 TileModel tile_model(const io::TexturedModel& all, std::span<const std::uint32_t> faces,

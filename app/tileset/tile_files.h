@@ -35,9 +35,6 @@ class PageFiles final : public pipeline::PageSink {
   std::vector<io::PageFile> files_;
 };
 
-/// The samples of a page, which lie beside it where photos have bands.
-std::filesystem::path samples_file(const io::PageFile& page);
-
 /// Some faces of a model with their vertices, texture coordinates and pages.
 struct TileModel {
   Mesh mesh;

@@ -151,8 +151,10 @@ class TilesetMaker {
   // Of a tile's pages, in the order of its glTF's images.
   void keep_samples(std::size_t tile, std::span<const io::PageFile> pages) {
     const std::lock_guard lock(mutex_);
+    const io::SampleFormat format = run_.settings.output.band_format;
     for (std::size_t n = 0; n < pages.size(); ++n)
-      std::filesystem::rename(samples_file(pages[n]), folder_.file(fmt::format("tiles/0_{}_{}.tif", tile, n)));
+      std::filesystem::rename(pipeline::samples_of(pages[n].file, format),
+                              folder_.file(pipeline::samples_of(fmt::format("tiles/0_{}_{}.glb", tile, n), format)));
   }
 
   void write_tiles(const Level& level, const atlas::TextureAtlas& atlas, const pipeline::Choice& chosen,
@@ -229,6 +231,7 @@ class TilesetMaker {
 
 TilesetReport tileset_into(const pipeline::Run& run, const TilesetSettings& settings, pipeline::OutputFolder& folder) {
   checks::validate(run.input);
+  pipeline::check_band_format(run.input, run.settings.output);
   refuse_place(run.input.scene, run.input.mesh.positions.front(), settings.place);
   return TilesetMaker(run, settings, folder).make();
 }

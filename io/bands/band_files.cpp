@@ -65,56 +65,13 @@ bool is_tiff(const fs::path& file) {
   return extension == ".tif" || extension == ".tiff";
 }
 
-/// A file of a photo's group.
-struct Member {
-  BandFileName name;
-  fs::path file;
-};
-
-/// The files of folders by group, each folder listed once.
-class Groups {
- public:
-  /// By order; several of one order: the first by name.
-  std::map<int, Member> of(const fs::path& photo) {
-    const std::optional<BandFileName> own = band_file_name(photo);
-    std::map<int, Member> members;
-    if (!own) return members;
-    const bool in_folders = !own->band.empty() && band_of_folder(folder_of(photo)) != nullptr &&
-                            lower_case(photo.stem().string()) == own->group;
-    for (const fs::path& folder : in_folders ? folders_beside(folder_of(photo)) : std::vector{folder_of(photo)}) {
-      const auto [first, end] = in_folder(folder).equal_range(own->group);
-      for (auto it = first; it != end; ++it)
-        if (it->second.file.extension() == photo.extension()) members.emplace(it->second.name.order, it->second);
-    }
-    members.insert_or_assign(own->order, Member{*own, photo});
-    return members;
-  }
-
- private:
-  const std::multimap<std::string, Member>& in_folder(const fs::path& folder) {
-    const auto [found, added] = folders_.try_emplace(folder);
-    std::error_code ignored;
-    std::set<fs::path> files;
-    if (added)
-      for (const auto& entry : fs::directory_iterator(folder, ignored)) files.insert(entry.path());
-    for (const fs::path& file : files)
-      if (const auto name = band_file_name(file)) found->second.emplace(name->group, Member{*name, file});
-    return found->second;
-  }
-  std::vector<fs::path> folders_beside(const fs::path& folder) {
-    std::vector<fs::path> all;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder_of(folder), ignored))
-      if (is_folder(entry.path()) && band_of_folder(entry.path()) != nullptr) all.push_back(entry.path());
-    std::ranges::sort(all);
-    return all;
-  }
-
-  std::map<fs::path, std::multimap<std::string, Member>> folders_;
-};
-
-std::string name_of(const Member& member) {
-  return member.name.band.empty() ? std::to_string(member.name.order) : member.name.band;
+std::vector<fs::path> folders_beside(const fs::path& folder) {
+  std::vector<fs::path> all;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder_of(folder), ignored))
+    if (is_folder(entry.path()) && band_of_folder(entry.path()) != nullptr) all.push_back(entry.path());
+  std::ranges::sort(all);
+  return all;
 }
 
 void forget_without(SceneFile& scene, std::size_t view, bool needed, const std::string& band, const fs::path& folder) {
@@ -122,18 +79,8 @@ void forget_without(SceneFile& scene, std::size_t view, bool needed, const std::
                "there is no file of its band " + quote(band) + " in " + folder.string());
 }
 
-/// Why a band file cannot be one of the photo's; empty: it can.
-std::string misfit(const fs::path& file, const fs::path& photo) {
-  const PhotoHeader a = read_photo_header(file), b = read_photo_header(photo);
-  if (a.size.width != b.size.width || a.size.height != b.size.height)
-    return "is " + size_text(a.size.width, a.size.height) + " pixels, not " + size_text(b.size.width, b.size.height);
-  if (a.type != b.type) return "is of another type of samples";
-  if (a.channels - (a.alpha_channel >= 0 ? 1 : 0) != 1) return "holds more than one band";
-  return {};
-}
-
 /// True if a file of a group is the photo of another view: its bands are views of their own.
-bool are_views(const SceneFile& scene, const std::vector<std::map<int, Member>>& groups) {
+bool are_views(const SceneFile& scene, const std::vector<std::map<int, BandMember>>& groups) {
   std::set<fs::path> photos;
   for (const View& view : scene.views)
     if (!view.photo.empty()) photos.insert(real_path(view.photo));
@@ -144,11 +91,11 @@ bool are_views(const SceneFile& scene, const std::vector<std::map<int, Member>>&
 }
 
 void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
-  Groups groups;
-  std::vector<std::map<int, Member>> found(scene.views.size());
+  BandGroups groups;
+  std::vector<std::map<int, BandMember>> found(scene.views.size());
   std::size_t wanting = 0, grouped = 0;
-  std::map<int, Member> all;  // bands of any view
-  std::set<int> primaries;    // orders of the views' own files
+  std::map<int, BandMember> all;  // bands of any view
+  std::set<int> primaries;        // orders of the views' own files
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     if (scene.views[i].photo.empty()) continue;
     wanting += needed[i] ? 1 : 0;
@@ -160,13 +107,13 @@ void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
   }
   if (primaries.size() != 1 || 2 * grouped < wanting || are_views(scene, found)) return;
   std::erase_if(all, [&](const auto& band) {
-    const Member& member = band.second;
+    const BandMember& member = band.second;
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
       const auto here = found[i].find(band.first);
       if (here == found[i].end() || here->second.file != member.file) continue;
-      const std::string why = misfit(member.file, scene.views[i].photo);
+      const std::string why = misfit_of_band(member.file, scene.views[i].photo);
       if (!why.empty())
-        scene.warnings.push_back("the band " + quote(name_of(member)) + " is left out: " + member.file.string() + " " +
+        scene.warnings.push_back("the band " + quote(member.band()) + " is left out: " + member.file.string() + " " +
                                  why);
       return !why.empty();
     }
@@ -182,7 +129,7 @@ void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
       if (const auto here = found[i].find(order); here != found[i].end())
         files.push_back(here->second.file);
       else
-        forget_without(scene, i, needed[i], name_of(member), folder_of(view.photo));
+        forget_without(scene, i, needed[i], member.band(), folder_of(view.photo));
     if (files.size() == all.size()) view.band_files = std::move(files);
   }
 }
@@ -258,13 +205,47 @@ std::optional<BandFileName> band_file_name(const fs::path& file) {
   const std::string stem = lower_case(file.stem().string());
   for (const Suffix& suffix : kSuffixes)
     if (stem.size() > suffix.text.size() && stem.ends_with(suffix.text))
-      return BandFileName{stem.substr(0, stem.size() - suffix.text.size()), suffix.order, suffix.band};
+      return BandFileName{stem.substr(0, stem.size() - suffix.text.size()), suffix.order, suffix.band, false};
   if (const auto number = number_of_band(stem); number)
-    return BandFileName{stem.substr(0, stem.rfind('_')), *number, {}};
+    return BandFileName{stem.substr(0, stem.rfind('_')), *number, {}, false};
   if (const auto band = phantom_band(stem); band)
-    return BandFileName{stem.substr(0, stem.size() - 1), *band, kPhantomBands[*band - 1]};
-  if (const Suffix* folder = band_of_folder(folder_of(file))) return BandFileName{stem, folder->order, folder->band};
+    return BandFileName{stem.substr(0, stem.size() - 1), *band, kPhantomBands[*band - 1], false};
+  if (const Suffix* folder = band_of_folder(folder_of(file)))
+    return BandFileName{stem, folder->order, folder->band, true};
   return std::nullopt;
+}
+
+std::map<int, BandMember> BandGroups::of(const fs::path& photo) {
+  const std::optional<BandFileName> own = band_file_name(photo);
+  std::map<int, BandMember> members;
+  if (!own) return members;
+  for (const fs::path& folder : own->by_folder ? folders_beside(folder_of(photo)) : std::vector{folder_of(photo)}) {
+    const auto [first, end] = in_folder(folder).equal_range(own->group);
+    for (auto it = first; it != end; ++it)
+      if (it->second.file.extension() == photo.extension()) members.emplace(it->second.name.order, it->second);
+  }
+  members.insert_or_assign(own->order, BandMember{*own, photo});
+  return members;
+}
+
+const std::multimap<std::string, BandMember>& BandGroups::in_folder(const fs::path& folder) {
+  const auto [found, added] = folders_.try_emplace(folder);
+  std::error_code ignored;
+  std::set<fs::path> files;
+  if (added)
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) files.insert(entry.path());
+  for (const fs::path& file : files)
+    if (const auto name = band_file_name(file)) found->second.emplace(name->group, BandMember{*name, file});
+  return found->second;
+}
+
+std::string misfit_of_band(const fs::path& file, const fs::path& photo) {
+  const PhotoHeader a = read_photo_header(file), b = read_photo_header(photo);
+  if (a.size.width != b.size.width || a.size.height != b.size.height)
+    return "is " + size_text(a.size.width, a.size.height) + " pixels, not " + size_text(b.size.width, b.size.height);
+  if (a.type != b.type) return "is of another type of samples";
+  if (a.channels - (a.alpha_channel >= 0 ? 1 : 0) != 1) return "holds more than one band";
+  return {};
 }
 
 void find_band_files(SceneFile& scene, const std::vector<bool>& needed, const SceneOptions& options) {

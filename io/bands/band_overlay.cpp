@@ -6,13 +6,20 @@
 #include <cstring>
 #include <limits>
 
+#include "io/bands/band_cameras.h"
+
 namespace gpvc::io {
 namespace {
 
 /// Where a file of bands has a place of the photo, and what it shows there.
 class Overlay {
  public:
-  Overlay(const StoredPhoto& file, const BandPlace& place) : file_(file), m_(place.file_from_photo) {
+  Overlay(const StoredPhoto& file, const BandPlace& place, const BandCamera* camera)
+      : file_(file), m_(place.file_from_photo) {
+    if (camera != nullptr) {
+      grid_.emplace(*camera, place.nearness);
+      return;
+    }
     const auto whole = [](double value) { return value == std::floor(value); };
     is_shift_ = m_[0] == 1 && m_[1] == 0 && m_[3] == 0 && m_[4] == 1 && whole(m_[2]) && whole(m_[5]);
   }
@@ -20,7 +27,9 @@ class Overlay {
   /// Writes all bands of the file at the photo's pixel (x, y). False: the file shows nothing there.
   bool put(int x, int y, std::byte* to) const {
     const Samples& from = file_.samples;
-    const double px = m_[0] * (x + 0.5) + m_[1] * (y + 0.5) + m_[2], py = m_[3] * (x + 0.5) + m_[4] * (y + 0.5) + m_[5];
+    const std::optional<PhotoPoint> place = place_of(x + 0.5, y + 0.5);
+    if (!place) return false;
+    const auto [px, py] = *place;
     if (!(px >= 0 && py >= 0 && px < from.width && py < from.height)) return false;
     if (is_shift_) {
       const int at_x = static_cast<int>(px), at_y = static_cast<int>(py);
@@ -31,6 +40,10 @@ class Overlay {
   }
 
  private:
+  std::optional<PhotoPoint> place_of(double x, double y) const {
+    if (grid_) return grid_->at(x, y);
+    return PhotoPoint{m_[0] * x + m_[1] * y + m_[2], m_[3] * x + m_[4] * y + m_[5]};
+  }
   bool is_missing(int x, int y) const { return file_.without_data && file_.without_data->excludes(x, y); }
 
   /// Cubic convolution (Keys 1981, a = -1/2), within the values that it is made of: what overshoots them would be light that no
@@ -72,13 +85,14 @@ class Overlay {
   const StoredPhoto& file_;
   std::array<double, 6> m_;
   bool is_shift_ = false;
+  std::optional<BandGrid> grid_;  ///< instead of these
 };
 
 }  // namespace
 
-std::optional<PhotoExclusion> lay_over(const StoredPhoto& file, const BandPlace& place, std::size_t first_band,
-                                       Samples& all) {
-  const Overlay overlay(file, place);
+std::optional<PhotoExclusion> lay_over(const StoredPhoto& file, const BandPlace& place, const BandCamera* camera,
+                                       std::size_t first_band, Samples& all) {
+  const Overlay overlay(file, place, camera);
   const std::size_t offset = first_band * bytes_of(all.type);
   return excluded_where(all.width, all.height, [&](std::size_t pixel) {
     const auto width = static_cast<std::size_t>(all.width);

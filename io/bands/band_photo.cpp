@@ -17,11 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 void unite(std::optional<PhotoExclusion>& all, std::optional<PhotoExclusion> more) {
-  if (!all) {
+  if (!all)
     all = std::move(more);
-    return;
-  }
-  for (std::size_t i = 0; more && i < all->words.size(); ++i) all->words[i] |= more->words[i];
+  else if (more)
+    unite(*all, *more);
 }
 
 bool is_zero(const std::byte* from, std::size_t bytes) {
@@ -80,6 +79,7 @@ BandPhoto read_files(const View& view, const BandSet& bands, std::span<const Ban
                      std::optional<PhotoExclusion>& transparent) {
   BandPhoto all;
   std::size_t band = 0;
+  bool hides = false;
   for (std::size_t i = 0; i < view.band_files.size(); ++i) {
     StoredPhoto file = read_stored(view.band_files[i]);
     check_samples(view.band_files[i], file.samples, view, bands, band);
@@ -89,17 +89,23 @@ BandPhoto read_files(const View& view, const BandSet& bands, std::span<const Ban
                        "is " + size_text(file.samples.width, file.samples.height) + " pixels, " +
                            view.band_files[0].filename().string() + " is " +
                            size_text(all.samples.width, all.samples.height));
-    unite(all.exclusion, lay_over(file, i < places.size() ? places[i] : BandPlace{}, band, all.samples));
+    const bool is_photo = view.band_files[i] == view.photo;
+    hides = hides || file.transparent;
+    if (!is_photo && view.uses_alpha) unite(file.without_data, std::move(file.transparent));
+    const BandCamera* camera = is_photo || view.band_cameras.empty() ? nullptr : &view.band_cameras[i];
+    unite(all.exclusion, lay_over(file, i < places.size() ? places[i] : BandPlace{}, camera, band, all.samples));
     band += file.samples.bands;
-    if (view.band_files[i] == view.photo) transparent = std::move(file.transparent);
+    if (is_photo) transparent = std::move(file.transparent);
   }
+  // Only other files than the photo say what they hide.
+  if (hides && !transparent) transparent = empty_exclusion(all.samples.width, all.samples.height);
   return all;
 }
 
 }  // namespace
 
 StoredPhoto read_stored(const fs::path& file, std::size_t bands) {
-  const FileBytes bytes = image_bytes(file, FileBytes::Use::whole);
+  const FileBytes bytes = image_bytes(file, FileBytes::Use::in_places);
   const ImageBytes image{file, "", bytes.view()};
   const ImageHeader header = read_header(image);
   refuse_other_types(image, header);
@@ -107,27 +113,32 @@ StoredPhoto read_stored(const fs::path& file, std::size_t bands) {
   StoredPhoto photo;
   photo.linear_light = header.linear_light;
   photo.samples = zero_samples(header.width, header.height, static_cast<std::size_t>(header.channels), *header.type);
-  decode_stored(image, header, photo.samples.bytes.data());
+  decode_stored(file, header, photo.samples.bytes.data());
   if (header.alpha_channel >= 0 && photo.samples.bands != bands)
     photo.transparent = take_alpha(photo.samples, static_cast<std::size_t>(header.alpha_channel));
+  if (header.has_mask) unite(photo.transparent, decode_mask(image, header));
   photo.without_data = take_missing(photo.samples, header.nodata);
   return photo;
 }
 
-double partial_alpha(const fs::path& file) {
+double opaque_share(const fs::path& file) {
   const FileBytes bytes = image_bytes(file, FileBytes::Use::in_places);
   const ImageHeader header = read_header({file, "", bytes.view()});
   const Samples samples = read_stored(file, static_cast<std::size_t>(header.channels)).samples;
-  const float full = samples.type == SampleType::u8 ? 255 : samples.type == SampleType::u16 ? 65535 : 1;
   const std::byte* alpha =
       samples.bytes.data() + static_cast<std::size_t>(header.alpha_channel) * bytes_of(samples.type);
   const std::size_t pixels = pixels_of(samples);
-  std::size_t partial = 0;
-  for (std::size_t i = 0; i < pixels; ++i, alpha += samples.pixel_bytes()) {
-    const float value = load_sample(alpha, samples.type);
-    partial += value != 0 && value != full ? 1 : 0;
+  const auto value_of = [&](std::size_t i) { return load_sample(alpha + i * samples.pixel_bytes(), samples.type); };
+  float most = 0;
+  for (std::size_t i = 0; i < pixels; ++i) most = std::max(most, value_of(i));
+  constexpr float kNearly = 0.95f;  // what JPEG makes of the largest
+  std::size_t shown = 0, opaque = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float value = value_of(i);
+    shown += value > 0 ? 1 : 0;
+    opaque += value > 0 && value >= kNearly * most ? 1 : 0;
   }
-  return static_cast<double>(partial) / static_cast<double>(pixels);
+  return shown > 0 ? static_cast<double>(opaque) / static_cast<double>(shown) : 1;
 }
 
 Samples read_samples(const fs::path& file) { return read_stored(file).samples; }

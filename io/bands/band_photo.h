@@ -24,7 +24,8 @@ struct StoredPhoto {
   Samples samples;  ///< 0 for what is no number
   /// Pixels that are no number in a band, or of the value that the file declares to stand for none; nullopt: there are none.
   std::optional<PhotoExclusion> without_data{};
-  std::optional<PhotoExclusion> transparent{};  ///< where the alpha is 0; nullopt: there is no alpha
+  /// Where the alpha is 0, or the file's own mask excludes; nullopt: there is neither.
+  std::optional<PhotoExclusion> transparent{};
   bool linear_light = false;
 };
 
@@ -32,8 +33,9 @@ struct StoredPhoto {
 /// u16 and floats.
 StoredPhoto read_stored(const std::filesystem::path& file, std::size_t bands = 0);
 
-/// The share of the pixels of what a file calls an alpha that are neither 0 nor full. Throws InputError.
-double partial_alpha(const std::filesystem::path& file);
+/// Of what a file calls an alpha: the share of the pixels above 0 that have the largest value, or nearly; 1 where all are 0. An alpha
+/// leaves most of what it shows opaque, whatever number stands for that; the values of a band are spread. Throws InputError.
+double opaque_share(const std::filesystem::path& file);
 
 /// A view's photo before it is reduced, all bands of a pixel together.
 struct BandPhoto {

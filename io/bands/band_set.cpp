@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "io/bands/band_cameras.h"
 #include "io/bands/band_names.h"
 #include "io/bands/band_photo.h"
 #include "io/bands/band_range.h"
@@ -60,10 +61,6 @@ std::vector<std::size_t> some_of(const std::vector<std::size_t>& all) {
   for (std::size_t n = 0; n < count; ++n) some.push_back(all[n * all.size() / count]);
   return some;
 }
-
-/// Shares of an alpha's pixels that are neither 0 nor full, beyond which it is none: where a file does not say what it is, and where it
-/// calls it one.
-constexpr double kMostly = 0.5, kNearlyAll = 0.999;
 
 class BandFinder {
  public:
@@ -124,26 +121,25 @@ class BandFinder {
         with_alpha.push_back(i);
     const std::vector<std::size_t> some = some_of(with_alpha);
     if (some.empty()) return;
-    std::vector<double> partial(some.size());
+    std::vector<double> opaque(some.size(), 1);
     tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t n) {
       try {
-        partial[n] = partial_alpha(view(some[n]).photo);
+        opaque[n] = opaque_share(view(some[n]).photo);
       } catch (const InputError&) {
         // told where the photo is used
       }
     });
     double mean = 0;
-    for (const double share : partial) mean += share / static_cast<double>(partial.size());
-    // Few pixels of a band are 0 or overexposed; a mask that excludes little does not hold more.
-    const bool guessed = holdings_[some[0]].files[0].guesses_alpha;
-    if (mean <= (guessed ? kMostly : kNearlyAll)) return;
+    for (const double share : opaque) mean += share / static_cast<double>(opaque.size());
+    constexpr double kMost = 0.5;
+    if (mean >= kMost) return;
     for (const std::size_t i : with_alpha) {
       ++holdings_[i].bands[0];
-      scene_.views[i].uses_alpha = false;
+      scene_.views[i].uses_alpha = scene_.views[i].uses_alpha && holdings_[i].files[0].has_mask;
     }
     scene_.warn(with_alpha.size(),
-                "photos have a channel in the place of an alpha that is hardly anywhere 0 or full: it is taken for a "
-                "band, as in " +
+                "photos have a channel in the place of an alpha whose values are spread as those of a picture: it is "
+                "taken for a band, as in " +
                     view(some[0]).photo.string());
   }
 
@@ -246,15 +242,31 @@ class BandFinder {
     for (const std::vector<float>& of_photo : samples) all.insert(all.end(), of_photo.begin(), of_photo.end());
     set_range(set, std::move(all), linear_light);
     if (files == 1) return;
-    const PhotoHeader& size = first().files[0];
-    for (std::size_t file = 0; file < files; ++file) {
-      std::vector<BandMatch> of_file;
-      for (const auto& of_photo : matches) of_file.insert(of_file.end(), of_photo[file].begin(), of_photo[file].end());
-      BandPlace place = place_of_matches(of_file, size.size.width, size.size.height);
-      if (file == primary_of(view(views_.front()))) place.error_px = 0;
-      scene_.band_places.push_back(place);
-    }
+    for (std::size_t file = 0; file < files; ++file) scene_.band_places.push_back(place_of(file, some, matches));
     warn_of_unregistered(set);
+  }
+
+  /// Where a file lies, by its matches in some views.
+  BandPlace place_of(std::size_t file, const std::vector<std::size_t>& some,
+                     const std::vector<std::vector<std::vector<BandMatch>>>& matches) const {
+    std::vector<BandMatch> of_file;
+    std::vector<CameraMatch> by_camera;
+    for (std::size_t n = 0; n < some.size(); ++n)
+      for (const BandMatch& match : matches[n][file]) {
+        of_file.push_back(match);
+        if (!view(some[n]).band_cameras.empty()) by_camera.push_back({match, &view(some[n]).band_cameras[file]});
+      }
+    const ImageSize size = first().files[0].size;
+    BandPlace place;
+    if (view(views_.front()).band_cameras.empty()) {
+      place = place_of_matches(of_file, size.width, size.height);
+    } else {
+      const NearnessFit fit = fit_nearness(by_camera);
+      place.nearness = fit.nearness;
+      place.error_px = fit.error_px;
+    }
+    if (file == primary_of(view(views_.front()))) place.error_px = 0;
+    return place;
   }
 
   /// The number of each file's first band.
@@ -277,11 +289,13 @@ class BandFinder {
     std::string names;
     for (std::size_t file = 0; file < bands.size(); ++file)
       if (!scene_.band_places[file].error_px) names += (names.empty() ? "" : ", ") + set.bands[bands[file]].name;
-    if (!names.empty())
-      scene_.warnings.push_back(
-          "bands show too little in common with the photos to be registered to them, and are taken to "
-          "lie where they are: " +
-          names);
+    if (names.empty()) return;
+    const bool by_camera = !view(views_.front()).band_cameras.empty();
+    scene_.warnings.push_back(std::string("bands show too little in common with the photos to be ") +
+                              (by_camera
+                                   ? "compared with them, and are taken to lie where the scene's cameras have them: "
+                                   : "registered to them, and are taken to lie where they are: ") +
+                              names);
   }
 
   SceneFile& scene_;

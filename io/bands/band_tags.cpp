@@ -5,6 +5,7 @@
 #include <string>
 
 #include "io/files/text_scan.h"
+#include "io/number_text.h"
 
 namespace gpvc::io {
 namespace {
@@ -54,6 +55,12 @@ std::vector<std::string> xmp_values(const pugi::xml_document& document, std::str
   return values;
 }
 
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return out;
+}
+
 }  // namespace
 
 std::vector<Band> bands_of_tags(std::string_view gdal_metadata, std::string_view xmp, std::size_t channels) {
@@ -68,6 +75,37 @@ std::vector<Band> bands_of_tags(std::string_view gdal_metadata, std::string_view
       bands[i].wavelength_nm = number_from(wavelengths[i]);
   }
   return std::ranges::any_of(bands, is_named) ? bands : std::vector<Band>();
+}
+
+std::string metadata_of(const BandSet& set) {
+  std::string xml = "<GDALMetadata>\n";
+  for (std::size_t i = 0; i < set.bands.size(); ++i) {
+    const auto item = [&](const std::string& name, const std::string& role, const std::string& value) {
+      xml += "  <Item name=\"" + name + "\" sample=\"" + std::to_string(i) + "\"" +
+             (role.empty() ? "" : " role=\"" + role + "\"") + ">" + escaped(value) + "</Item>\n";
+    };
+    const Band& band = set.bands[i];
+    item("DESCRIPTION", "description", band.name);
+    if (!band.unit.empty()) item("UNITTYPE", "unittype", band.unit);
+    if (!band.wavelength_nm) continue;
+    item("WAVELENGTH", "", shortest_text(*band.wavelength_nm));
+    item("WAVELENGTH_UNITS", "", "nm");
+  }
+  return xml + "</GDALMetadata>\n";
+}
+
+bool names_band(const Band& band) {
+  if (band.wavelength_nm) return true;
+  const std::string name = lower_case(band.name);
+  const auto has = [&](std::string_view part) { return name.find(part) != std::string::npos; };
+  return !name.empty() && name != "a" && !has("alpha") && !has("mask") && !has("opacity") &&
+         !name.starts_with("band") && std::ranges::any_of(name, [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+bool name_all(const std::vector<Band>& bands, int channels) {
+  return !bands.empty() && bands.size() == static_cast<std::size_t>(channels) &&
+         std::ranges::none_of(bands,
+                              [](const Band& band) { return band.name.empty() || lower_case(band.name) == "alpha"; });
 }
 
 }  // namespace gpvc::io

@@ -127,4 +127,23 @@ void FileBytes::unmap() {
 
 FileBytes::~FileBytes() { unmap(); }
 
+FileParts::FileParts(const std::filesystem::path& file) {
+  Descriptor descriptor = open_file(file, size_);
+  descriptor_ = std::exchange(descriptor.number, -1);
+}
+
+FileParts::~FileParts() { ::close(descriptor_); }
+
+std::optional<std::size_t> FileParts::read(std::size_t offset, std::span<char> to) const {
+  std::size_t count = 0;
+  while (count < to.size()) {
+    const ssize_t got = ::pread(descriptor_, to.data() + count, to.size() - count, static_cast<off_t>(offset + count));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    count += static_cast<std::size_t>(got);
+  }
+  return count;
+}
+
 }  // namespace gpvc::io

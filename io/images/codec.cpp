@@ -7,6 +7,7 @@
 
 #include "io/error.h"
 #include "io/images/exif.h"
+#include "io/images/image_file.h"
 #include "io/images/other_formats.h"
 
 namespace gpvc::io {
@@ -65,17 +66,19 @@ ImageHeader read_other_header(const ImageBytes& image) {
           exposure_value(found.exposure_seconds, found.f_number, found.sensitivity),
           found.type,
           std::move(found.type_name),
-          found.guesses_alpha,
           found.colors,
           std::move(found.bands),
-          found.nodata};
+          found.nodata,
+          found.has_mask};
 }
+
+constexpr const char* kNotWhole = "cannot be decoded whole: ";
 
 void decode_other(const ImageBytes& image, const SampleRoom& room, std::string_view format) {
   if (format == "tiff") check_tiff(image);
   std::string wrong;
   if (!decode_tiff(image, room, wrong)) wrong = other_formats(image.file).decode(image.file, room);
-  if (!wrong.empty()) throw InputError(image.file, image.part, "cannot be decoded whole: " + wrong);
+  if (!wrong.empty()) throw InputError(image.file, image.part, kNotWhole + wrong);
 }
 
 }  // namespace
@@ -116,13 +119,28 @@ void decode_samples(const ImageBytes& image, const ImageHeader& header, int chan
     decode_other(image, {header.width, header.height, channels, SampleForm::reals, to}, header.format);
 }
 
-void decode_stored(const ImageBytes& image, const ImageHeader& header, std::byte* to) {
+PhotoExclusion decode_mask(const ImageBytes& image, const ImageHeader& header) {
+  PhotoExclusion masked = empty_exclusion(header.width, header.height);
+  if (const std::string wrong = decode_tiff_mask(image, masked); !wrong.empty())
+    throw InputError(image.file, image.part, "has a mask that cannot be decoded whole: " + wrong);
+  return masked;
+}
+
+void decode_stored(const std::filesystem::path& file, const ImageHeader& header, std::byte* to) {
+  const SampleRoom room{header.width, header.height, header.channels, SampleForm::stored, to};
+  std::string wrong;
+  if (header.format == "tiff" && decode_tiff_in_parts(file, room, wrong)) {
+    if (!wrong.empty()) throw InputError(file, "", kNotWhole + wrong);
+    return;
+  }
+  const FileBytes bytes = image_bytes(file, FileBytes::Use::whole);
+  const ImageBytes image{file, "", bytes.view()};
   if (header.format == "png" && header.bits == 16)
     decode_png(image, header, reinterpret_cast<std::uint16_t*>(to));
   else if (header.format == "jpeg" || header.format == "png" || header.format == "webp")
     decode_samples(image, header, header.channels, reinterpret_cast<std::uint8_t*>(to));
   else
-    decode_other(image, {header.width, header.height, header.channels, SampleForm::stored, to}, header.format);
+    decode_other(image, room, header.format);
 }
 
 }  // namespace gpvc::io

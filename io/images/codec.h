@@ -9,6 +9,7 @@
 #include "io/images.h"
 #include "io/images/image_bounds.h"
 #include "io/images/other_formats.h"
+#include "io/photos.h"
 
 namespace gpvc::io {
 
@@ -22,9 +23,10 @@ struct ImageHeader {
   std::optional<float> exposure_value{};            ///< as in View
   std::optional<SampleType> type = SampleType::u8;  ///< u8, u16 or f32; nullopt: samples of another type
   std::string type_name{};                          ///< that of OtherHeader, as what follows
-  bool guesses_alpha = false, colors = true;
+  bool colors = true;
   std::vector<Band> bands{};
   std::optional<double> nodata{};
+  bool has_mask = false;
 };
 
 /// Goes by the bytes, not by the name, and checks what they claim. Throws InputError, also for formats that are not accepted.
@@ -37,8 +39,10 @@ void refuse_other_types(const ImageBytes& image, const ImageHeader& header);
 /// 8-bit image does not become floats. Throws InputError unless the whole picture could be decoded. \pre check_jpeg(image)
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, std::uint8_t* to);
 void decode_samples(const ImageBytes& image, const ImageHeader& header, int channels, float* to);
-/// All channels, the samples as they are stored. \pre header.type
-void decode_stored(const ImageBytes& image, const ImageHeader& header, std::byte* to);
+/// Excludes the pixels that the file's own mask does. Throws InputError. \pre header.has_mask
+PhotoExclusion decode_mask(const ImageBytes& image, const ImageHeader& header);
+/// All channels, the samples as they are stored; of most TIFFs without holding the file. \pre header.type
+void decode_stored(const std::filesystem::path& file, const ImageHeader& header, std::byte* to);
 
 /// Parts of the two above. Printers' inks come as RGB, palettes too; what libjpeg and libpng find wrong that may cost a pixel is an
 /// InputError.
@@ -57,5 +61,12 @@ void decode_webp(const ImageBytes& image, int channels, std::uint8_t* to);
 /// OtherFormats return it
 bool read_tiff_header(const ImageBytes& image, OtherHeader& header);
 bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong);
+
+/// decode_tiff() with no more of the file in memory than a strip or a tile, and what check_tiff() checks. Returns false also for files
+/// of which the latter needs more. Throws InputError.
+bool decode_tiff_in_parts(const std::filesystem::path& file, const SampleRoom& room, std::string& wrong);
+
+/// Adds the pixels that the file's own mask excludes to `masked`, which has its size. Returns what is wrong, or nothing.
+std::string decode_tiff_mask(const ImageBytes& image, PhotoExclusion& masked);
 
 }  // namespace gpvc::io

@@ -37,6 +37,12 @@ void check_jpeg(const ImageBytes& image);
 /// that are JPEGs as decode_jpeg() does; returns for other files. (LZW, PackBits and plain data tell nothing.) Throws InputError. O(bytes of pixels).
 void check_tiff(const ImageBytes& image);
 
+/// What zlib says of a stream that is damaged; empty for others. A stream of which the end is damaged may give all pixels, so that
+/// libtiff takes it, and then goes on beyond its last byte.
+std::string deflate_damage(std::string_view deflated);
+/// Throws InputError for it.
+[[noreturn]] void refuse_damage(const std::filesystem::path& file, std::uint64_t at, const std::string& damage);
+
 /// Throws InputError at `place` unless 1 <= width, height and there are at most 2^30 pixels and 2^32 samples.
 void check_size(const std::filesystem::path& file, const std::string& place, std::int64_t width, std::int64_t height,
                 std::int64_t channels);

@@ -47,6 +47,7 @@ Image decode_rgb(const ImageBytes& bytes, const PixelRoom& room, PhotoExclusion*
     // Deeper alphas that are nearly 0 have become 0 here, and alphas behind the fourth channel are not.
     const bool as_stored = header.bits == 8 && header.alpha_channel >= 0 && header.alpha_channel < image.channels;
     *transparent = as_stored ? zeros_of_channel(image, header.alpha_channel) : transparent_pixels(bytes.file);
+    if (as_stored && header.has_mask) unite(*transparent, decode_mask(bytes, header));
   }
   return to_rgb(std::move(image), room);
 }
@@ -92,9 +93,15 @@ ImageSize read_image_size(const fs::path& file) {
 PhotoHeader read_photo_header(const fs::path& file) {
   ImageHeader header = header_of(file);
   refuse_other_types({file, "", {}}, header);
-  return {{header.width, header.height}, header.exposure_value, *header.type,         header.channels,
-          header.alpha_channel,          header.linear_light,   header.guesses_alpha, header.colors,
-          std::move(header.bands)};
+  return {{header.width, header.height},
+          header.exposure_value,
+          *header.type,
+          header.channels,
+          header.alpha_channel,
+          header.linear_light,
+          header.colors,
+          std::move(header.bands),
+          header.has_mask};
 }
 
 std::optional<float> read_exposure_value(const fs::path& file) { return read_photo_header(file).exposure_value; }
@@ -116,6 +123,11 @@ void check_photo_end(const fs::path& file) {
 }
 
 bool has_alpha(const fs::path& file) { return header_of(file).alpha_channel >= 0; }
+
+bool hides_pixels(const fs::path& file) {
+  const ImageHeader header = header_of(file);
+  return header.alpha_channel >= 0 || header.has_mask;
+}
 
 Image read_image(const fs::path& file) { return read_image(file, new_room, nullptr); }
 

@@ -27,8 +27,9 @@ struct PhotoHeader {
   std::optional<float> exposure_value{};  ///< as in View
   SampleType type = SampleType::u8;
   int channels = 3, alpha_channel = -1;  ///< as in ImageHeader, as what follows
-  bool linear_light = false, guesses_alpha = false, colors = true;
+  bool linear_light = false, colors = true;
   std::vector<Band> bands{};
+  bool has_mask = false;
 };
 /// From the header alone. Throws InputError, also for samples of a type that photos can't have.
 PhotoHeader read_photo_header(const std::filesystem::path& file);
@@ -67,7 +68,11 @@ inline void exclude(PhotoExclusion& exclusion, std::size_t x, std::size_t y) {
   exclusion.words[y * exclusion.stride + x / 64] |= std::uint64_t{1} << (x % 64);
 }
 
-/// Excludes pixels whose alpha is 0. Throws InputError, also when there is no alpha channel.
+inline void unite(PhotoExclusion& all, const PhotoExclusion& more) {
+  for (std::size_t i = 0; i < all.words.size(); ++i) all.words[i] |= more.words[i];
+}
+
+/// Excludes pixels whose alpha is 0, and those that the file's own mask does. Throws InputError, also when there is neither.
 PhotoExclusion transparent_pixels(const std::filesystem::path& file);
 
 /// Calls `excludes` with the number of each pixel, and excludes those for which it returns true; nullopt: there are none.
@@ -98,6 +103,13 @@ MaskPixels mask_pixels(const std::filesystem::path& file);
 /// A PNG of 8 bits a channel and 1 to 4 channels, quick rather than small. The bytes do not depend on the number of
 /// threads.
 void write_png(OutputFile& out, const Image& image, const ColorProfile& profile);
+
+/// The same of samples of 8 or 16 bits, with what their bands are as text. \pre fits_png(set)
+void write_png(OutputFile& out, const Samples& samples, const BandSet& set);
+
+/// Samples as TIFF: see write_samples(). Throws OutputError, which names `file`.
+void write_tiff(OutputFile& out, const std::filesystem::path& file, const Samples& samples, const BandSet& set,
+                std::span<const std::uint8_t> mask);
 
 /// A lossy WebP of 3 channels. The bytes do not depend on the number of threads. Throws OutputError, which names `file`.
 void write_webp(OutputFile& out, const std::filesystem::path& file, const Image& image, int quality);

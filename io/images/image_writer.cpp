@@ -6,6 +6,7 @@
 
 #include "io/error.h"
 #include "io/file_bytes.h"
+#include "io/files/text_scan.h"
 #include "io/images/exif.h"
 #include "io/images/image_file.h"
 #include "io/images/jpeg_errors.h"
@@ -70,6 +71,23 @@ void write_image(const fs::path& file, const Image& image, ImageFormat format, i
     write_webp(out, file, image, quality);
   else
     write_jpeg(out, file, image, quality, profile);
+  out.commit();
+}
+
+bool fits_png(const BandSet& set) {
+  constexpr std::size_t kMostChannels = 4;
+  return set.type != SampleType::f32 && set.bands.size() <= kMostChannels;
+}
+
+void write_samples(const fs::path& file, const Samples& samples, const BandSet& set,
+                   std::span<const std::uint8_t> mask) {
+  const bool is_png = lower_case(file.extension().string()) == ".png";
+  if (is_png && !fits_png(set)) throw std::invalid_argument("write_samples: the bands do not fit into a PNG");
+  OutputFile out(file);
+  if (is_png)
+    write_png(out, samples, set);
+  else
+    write_tiff(out, file, samples, set, mask);
   out.commit();
 }
 

@@ -90,6 +90,7 @@ fs::path mask_of(SceneFile& scene, const View& view, const SceneOptions& options
     if (!view.mask.empty())
       candidates = {folder_of(scene.listing) / view.mask, photo.parent_path() / view.mask.filename()};
     add(named_after(photo, false));
+    candidates.push_back(photo.string() + ".msk");  // GDAL's
   }
   for (const fs::path& candidate : candidates)
     if (const fs::path found = names.find(candidate); !found.empty() && !photos.has(found)) return found;
@@ -198,7 +199,8 @@ void find_masks(SceneFile& scene, const SceneOptions& options) {
   if (options.masks_dir) refuse_shared_masks(scene, stated);
   const std::vector<std::exception_ptr> errors = for_each_photo(views, [&](std::size_t i) {
     View& view = views[i];
-    view.uses_alpha = may_have_alpha(view.photo) && has_alpha(view.photo);
+    view.uses_alpha = may_have_alpha(view.photo) && hides_pixels(view.photo);
+    for (const fs::path& file : view.band_files) view.uses_alpha = view.uses_alpha || hides_pixels(file);
     if (view.mask.empty()) return;
     const ImageSize size = read_image_size(view.mask);
     if (size.width != view.camera.width || size.height != view.camera.height)

@@ -49,11 +49,15 @@ MaskPixels excluded_pixels(const fs::path& file, Excludes what) {
   const FileBytes bytes = image_bytes(file, FileBytes::Use::whole);
   const ImageBytes image{file, "", bytes.view()};
   const ImageHeader header = read_header(image);
+  const bool own_mask = what == Excludes::transparent && header.has_mask;
+  if (own_mask && header.alpha_channel < 0) return {decode_mask(image, header)};
   if (what == Excludes::transparent && header.alpha_channel < 0)
     throw InputError(file, "", "has lost its alpha channel");
   // Samples are compared at the file's own depth: where 0 alone is black, it is an exact one.
-  return header.bits == 8 ? excluded_samples<std::uint8_t>(image, header, what, 255)
-                          : excluded_samples<float>(image, header, what, 1);
+  MaskPixels mask = header.bits == 8 ? excluded_samples<std::uint8_t>(image, header, what, 255)
+                                     : excluded_samples<float>(image, header, what, 1);
+  if (own_mask) unite(mask.excluded, decode_mask(image, header));
+  return mask;
 }
 
 }  // namespace

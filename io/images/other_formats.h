@@ -26,10 +26,10 @@ struct OtherHeader {
   std::vector<std::uint8_t> profile;  ///< ICC; empty: none
   std::optional<SampleType> type{};   ///< of SampleForm::stored; nullopt: neither u8, u16 nor a float
   std::string type_name{};            ///< where it is nullopt: "int16"
-  bool guesses_alpha = false;         ///< the file does not say what the channel is
   bool colors = true;                 ///< the first channels are grey or red, green and blue
   std::vector<Band> bands{};          ///< what the file says of its channels, one each; empty: nothing
   std::optional<double> nodata{};     ///< the sample of pixels without a value
+  bool has_mask = false;              ///< the file holds a mask of its pixels, beside any alpha
   double exposure_seconds = 0, f_number = 0, sensitivity = 0;  ///< by EXIF data; 0: unknown
 };
 

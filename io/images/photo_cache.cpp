@@ -183,6 +183,7 @@ std::optional<WorkKey> PhotoCache::key(ViewId view) {
   if (!v.mask.empty()) hash.add(state_->hash_of(v.mask));
   if (state_->scene.bands) {
     for (const std::filesystem::path& file : v.band_files) hash.add(state_->hash_of(file));
+    hash.add(v.band_cameras);
     hash.add(*state_->scene.bands);
     hash.add(state_->scene.band_places);
   }

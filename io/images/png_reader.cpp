@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/bands/band_tags.h"
 #include "io/error.h"
 #include "io/images/codec.h"
 
@@ -111,6 +112,7 @@ void decode_rows(const ImageBytes& image, const ImageHeader& header, Sample* to)
 
 ImageHeader read_png_header(const ImageBytes& image) {
   ImageHeader header;
+  std::string metadata, xmp;
   header.format = "png";
   decode(image, "is no image that can be read: ", [&](Decoder& decoder) {
     header.width = static_cast<int>(png_get_image_width(decoder.png, decoder.info));
@@ -123,9 +125,18 @@ ImageHeader read_png_header(const ImageBytes& image) {
     int compression = 0;
     if (png_get_iCCP(decoder.png, decoder.info, &name, &compression, &profile, &bytes) != 0)
       header.profile.assign(profile, profile + bytes);
+    png_textp texts = nullptr;
+    const int count = png_get_text(decoder.png, decoder.info, &texts, nullptr);
+    for (int i = 0; i < count; ++i) {
+      if (texts[i].text == nullptr) continue;
+      if (std::strcmp(texts[i].key, kBandsKeyword) == 0) metadata = texts[i].text;
+      if (std::strcmp(texts[i].key, "XML:com.adobe.xmp") == 0) xmp = texts[i].text;
+    }
   });
   header.type = header.bits == 16 ? SampleType::u16 : SampleType::u8;
-  header.alpha_channel = header.channels % 2 == 0 ? header.channels - 1 : -1;
+  header.bands = bands_of_tags(metadata, xmp, static_cast<std::size_t>(header.channels));
+  const bool may_have_alpha = header.channels % 2 == 0 && !name_all(header.bands, header.channels);
+  header.alpha_channel = may_have_alpha ? header.channels - 1 : -1;
   return header;
 }
 

@@ -15,22 +15,30 @@
 #include <vector>
 
 #include "io/bands/band_tags.h"
+#include "io/file_bytes.h"
 #include "io/files/frees.h"
 #include "io/files/text_scan.h"
 #include "io/images/codec.h"
+#include "io/images/image_file.h"
 
 namespace gpvc::io {
 namespace {
 
-/// The bytes of a file as libtiff reads them, and the first thing that it complains of.
+/// The bytes of a file as libtiff reads them, in memory or in parts, and the first thing that it complains of.
 class Source {
  public:
   explicit Source(std::string_view bytes) : bytes_(bytes) {}
-  std::string_view bytes() const { return bytes_; }
+  explicit Source(const FileParts& parts) : parts_(&parts) {}
   const std::string& complaint() const { return complaint_; }
 
   static tmsize_t read(thandle_t handle, void* to, tmsize_t count) {
     Source& self = of(handle);
+    if (self.parts_ != nullptr) {
+      const auto read = self.parts_->read(self.at_, {static_cast<char*>(to), static_cast<std::size_t>(count)});
+      if (!read) return -1;
+      self.at_ += *read;
+      return static_cast<tmsize_t>(*read);
+    }
     const std::size_t left = self.bytes_.size() - std::min<std::size_t>(self.at_, self.bytes_.size());
     const std::size_t taken = std::min(static_cast<std::size_t>(count), left);
     if (taken > 0) std::memcpy(to, self.bytes_.data() + self.at_, taken);
@@ -40,12 +48,16 @@ class Source {
   static tmsize_t write(thandle_t, void*, tmsize_t) { return 0; }
   static toff_t seek(thandle_t handle, toff_t offset, int whence) {
     Source& self = of(handle);
-    self.at_ = offset + (whence == SEEK_CUR ? self.at_ : whence == SEEK_END ? self.bytes_.size() : 0);
+    self.at_ = offset + (whence == SEEK_CUR ? self.at_ : whence == SEEK_END ? size(handle) : 0);
     return self.at_;
   }
   static int close(thandle_t) { return 0; }
-  static toff_t size(thandle_t handle) { return of(handle).bytes_.size(); }
+  static toff_t size(thandle_t handle) {
+    const Source& self = of(handle);
+    return self.parts_ != nullptr ? self.parts_->size() : self.bytes_.size();
+  }
   static int map(thandle_t handle, void** base, toff_t* bytes) {
+    if (of(handle).parts_ != nullptr) return 0;
     *base = const_cast<char*>(of(handle).bytes_.data());
     *bytes = of(handle).bytes_.size();
     return 1;
@@ -64,6 +76,7 @@ class Source {
  private:
   static Source& of(thandle_t handle) { return *static_cast<Source*>(handle); }
   std::string_view bytes_;
+  const FileParts* parts_ = nullptr;  ///< instead of these
   std::uint64_t at_ = 0;
   std::string complaint_;
 };
@@ -153,18 +166,37 @@ void read_band_tags(TIFF& tiff, OtherHeader& header) {
   header.nodata = number_from(trimmed(text_of(tiff, kNodata)));
 }
 
-bool is_named_tiff(const ImageBytes& image) {
-  const std::string extension = lower_case(image.file.extension().string());
-  return image.part.empty() && (extension == ".tif" || extension == ".tiff");
+/// Goes on to the mask of the first picture, as GDAL writes it
+/// (https://gdal.org/drivers/raster/gtiff.html#internal-nodata-masks); false: there is none.
+bool go_to_mask(TIFF& tiff, std::uint32_t width, std::uint32_t height) {
+  constexpr int kMost = 100;  // pictures, smaller ones and their masks among them
+  for (int n = 0; n < kMost && TIFFReadDirectory(&tiff) != 0; ++n) {
+    std::uint32_t kind = 0;
+    TIFFGetFieldDefaulted(&tiff, TIFFTAG_SUBFILETYPE, &kind);
+    const Layout l = layout_of(tiff);
+    if ((kind & FILETYPE_MASK) != 0 && l.width == width && l.height == height && l.channels == 1 &&
+        (l.bits == 1 || l.bits == 8))
+      return true;
+  }
+  return false;
+}
+
+bool is_named_tiff(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  return extension == ".tif" || extension == ".tiff";
 }
 
 /// Null for a file that is left to others.
-Tiff open_ours(const ImageBytes& image, Source& source, Layout& layout) {
-  if (!is_named_tiff(image)) return nullptr;
+Tiff open_ours(const std::filesystem::path& file, Source& source, Layout& layout) {
+  if (!is_named_tiff(file)) return nullptr;
   Tiff tiff = open(source);
   if (!tiff) return nullptr;
   layout = layout_of(*tiff);
   return is_ours(*tiff, layout) ? std::move(tiff) : nullptr;
+}
+
+Tiff open_ours(const ImageBytes& image, Source& source, Layout& layout) {
+  return image.part.empty() ? open_ours(image.file, source, layout) : nullptr;
 }
 
 double exif_number(TIFF& tiff, std::uint32_t tag) {
@@ -247,6 +279,36 @@ class Store {
   const SampleRoom& room_;
 };
 
+/// Looks for damage of strips that libtiff takes, before it decodes them.
+class StripCheck {
+ public:
+  StripCheck(TIFF& tiff, const Layout& l, std::size_t file_bytes)
+      : tiff_(tiff), is_tiled_(l.is_tiled), file_bytes_(file_bytes) {
+    std::uint16_t order = FILLORDER_MSB2LSB;
+    TIFFGetFieldDefaulted(&tiff, TIFFTAG_FILLORDER, &order);
+    checks_ = order == FILLORDER_MSB2LSB && (l.coding == COMPRESSION_ADOBE_DEFLATE || l.coding == COMPRESSION_DEFLATE);
+  }
+  /// Throws InputError, which names `file`.
+  void look(const std::filesystem::path& file, std::uint32_t number) {
+    if (!checks_) return;
+    const std::uint64_t count = TIFFGetStrileByteCount(&tiff_, number);
+    if (count > file_bytes_) return;  // libtiff finds it missing
+    bytes_.resize(count);
+    const auto size = static_cast<tmsize_t>(bytes_.size());
+    const tmsize_t read = is_tiled_ ? TIFFReadRawTile(&tiff_, number, bytes_.data(), size)
+                                    : TIFFReadRawStrip(&tiff_, number, bytes_.data(), size);
+    if (read != size) return;
+    if (const std::string damage = deflate_damage({bytes_.data(), bytes_.size()}); !damage.empty())
+      refuse_damage(file, TIFFGetStrileOffset(&tiff_, number), damage);
+  }
+
+ private:
+  TIFF& tiff_;
+  bool is_tiled_, checks_ = false;
+  std::size_t file_bytes_;
+  std::vector<char> bytes_;
+};
+
 /// True if the file's bytes of a strip are what the room holds.
 bool fits_as_it_is(const Layout& l, const SampleRoom& room) {
   const bool as_stored =
@@ -254,7 +316,9 @@ bool fits_as_it_is(const Layout& l, const SampleRoom& room) {
   return as_stored && (l.planes == PLANARCONFIG_CONTIG || l.channels == 1) && room.channels == l.channels;
 }
 
-bool read_strips(TIFF& tiff, const Layout& l, const SampleRoom& room) {
+/// \param check what is called with the number of each strip first
+template <typename Check>
+bool read_strips(TIFF& tiff, const Layout& l, const SampleRoom& room, const Check& check) {
   std::uint32_t rows = 0;
   TIFFGetFieldDefaulted(&tiff, TIFFTAG_ROWSPERSTRIP, &rows);
   rows = std::clamp<std::uint32_t>(rows, 1, l.height);
@@ -269,6 +333,7 @@ bool read_strips(TIFF& tiff, const Layout& l, const SampleRoom& room) {
       const std::uint32_t count = std::min(rows, l.height - y);
       const std::uint32_t number = TIFFComputeStrip(&tiff, y, static_cast<std::uint16_t>(plane));
       const std::size_t bytes = row_bytes * count;
+      check(number);
       void* to = strip.empty() ? static_cast<std::byte*>(room.samples) + row_bytes * y : strip.data();
       if (TIFFReadEncodedStrip(&tiff, number, to, static_cast<tmsize_t>(bytes)) != static_cast<tmsize_t>(bytes))
         return false;
@@ -279,7 +344,8 @@ bool read_strips(TIFF& tiff, const Layout& l, const SampleRoom& room) {
   return true;
 }
 
-bool read_tiles(TIFF& tiff, const Layout& l, const SampleRoom& room) {
+template <typename Check>
+bool read_tiles(TIFF& tiff, const Layout& l, const SampleRoom& room, const Check& check) {
   std::uint32_t width = 0, height = 0;
   TIFFGetField(&tiff, TIFFTAG_TILEWIDTH, &width);
   TIFFGetField(&tiff, TIFFTAG_TILELENGTH, &height);
@@ -295,6 +361,7 @@ bool read_tiles(TIFF& tiff, const Layout& l, const SampleRoom& room) {
     for (std::uint32_t y = 0; y < l.height; y += height)
       for (std::uint32_t x = 0; x < l.width; x += width) {
         const std::uint32_t number = TIFFComputeTile(&tiff, x, y, 0, static_cast<std::uint16_t>(plane));
+        check(number);
         if (TIFFReadEncodedTile(&tiff, number, tile.data(), static_cast<tmsize_t>(tile.size())) !=
             static_cast<tmsize_t>(tile.size()))
           return false;
@@ -302,6 +369,39 @@ bool read_tiles(TIFF& tiff, const Layout& l, const SampleRoom& room) {
           store.row(x, y + i, std::min(width, l.width - x), tile.data() + row_bytes * i, stride, plane, together);
       }
   }
+  return true;
+}
+
+/// Excludes the pixels of a mask that are 0. \pre one channel of 1 or 8 bits
+bool read_mask(TIFF& tiff, const Layout& l, PhotoExclusion& masked) {
+  std::uint32_t width = l.width, height = 0;
+  if (l.is_tiled) {
+    TIFFGetField(&tiff, TIFFTAG_TILEWIDTH, &width);
+    TIFFGetField(&tiff, TIFFTAG_TILELENGTH, &height);
+  } else {
+    TIFFGetFieldDefaulted(&tiff, TIFFTAG_ROWSPERSTRIP, &height);
+    height = std::min(height, l.height);
+  }
+  const std::size_t row_bytes = l.bits == 8 ? width : (std::size_t{width} + 7) / 8;
+  constexpr std::size_t kMostBytes = std::size_t{1} << 31;
+  if (width == 0 || height == 0 || row_bytes > kMostBytes / height) return false;
+  std::vector<std::uint8_t> part(row_bytes * height);
+  const auto is_zero = [&](std::uint32_t x, std::uint32_t y) {
+    const std::uint8_t* row = part.data() + row_bytes * y;
+    return l.bits == 8 ? row[x] == 0 : (row[x / 8] & (0x80 >> x % 8)) == 0;
+  };
+  for (std::uint32_t top = 0; top < l.height; top += height)
+    for (std::uint32_t left = 0; left < l.width; left += width) {
+      const std::uint32_t rows = std::min(height, l.height - top), columns = std::min(width, l.width - left);
+      const auto bytes = static_cast<tmsize_t>(row_bytes * (l.is_tiled ? height : rows));
+      const tmsize_t read =
+          l.is_tiled ? TIFFReadEncodedTile(&tiff, TIFFComputeTile(&tiff, left, top, 0, 0), part.data(), bytes)
+                     : TIFFReadEncodedStrip(&tiff, TIFFComputeStrip(&tiff, top, 0), part.data(), bytes);
+      if (read != bytes) return false;
+      for (std::uint32_t y = 0; y < rows; ++y)
+        for (std::uint32_t x = 0; x < columns; ++x)
+          if (is_zero(x, y)) exclude(masked, std::size_t{left} + x, std::size_t{top} + y);
+    }
   return true;
 }
 
@@ -324,32 +424,68 @@ bool read_tiff_header(const ImageBytes& image, OtherHeader& header) {
   }
   header.bits = l.format == SAMPLEFORMAT_IEEEFP ? 0 : l.bits;
   header.alpha_channel = alpha_of(l);
-  header.guesses_alpha = l.extra.empty();
   header.type = l.format == SAMPLEFORMAT_IEEEFP ? SampleType::f32 : l.bits == 16 ? SampleType::u16 : SampleType::u8;
   header.colors = l.colors() == 3 || l.channels == 1 || (l.channels == 2 && header.alpha_channel >= 0);
   read_band_tags(*tiff, header);
+  if (header.alpha_channel >= 0 && !header.bands.empty() &&
+      names_band(header.bands[static_cast<std::size_t>(header.alpha_channel)]))
+    header.alpha_channel = -1;
   std::uint32_t count = 0;
   const std::uint8_t* profile = nullptr;
   if (TIFFGetField(tiff.get(), TIFFTAG_ICCPROFILE, &count, &profile) != 0)
     header.profile.assign(profile, profile + count);
+  header.has_mask = go_to_mask(*tiff, l.width, l.height);
+  TIFFSetDirectory(tiff.get(), 0);
   read_exif(*tiff, header);
   return true;
 }
+
+std::string decode_tiff_mask(const ImageBytes& image, PhotoExclusion& masked) {
+  Source source(image.view);
+  Layout l;
+  const Tiff tiff = open_ours(image, source, l);
+  if (!tiff || l.width != static_cast<std::uint32_t>(masked.width) ||
+      l.height != static_cast<std::uint32_t>(masked.height) || !go_to_mask(*tiff, l.width, l.height))
+    return "it changes while it is read";
+  if (!read_mask(*tiff, layout_of(*tiff), masked) || !source.complaint().empty())
+    return source.complaint().empty() ? "it ends too early" : source.complaint();
+  return {};
+}
+
+namespace {
+
+/// What is wrong, or nothing.
+template <typename Check>
+std::string decode(TIFF& tiff, const Layout& l, const SampleRoom& room, const Source& source, const Check& check) {
+  if (l.width != static_cast<std::uint32_t>(room.width) || l.height != static_cast<std::uint32_t>(room.height) ||
+      l.channels < room.channels)
+    return "it changes while it is read";
+  if (is_jpeg_in_ycbcr(l)) TIFFSetField(&tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+  const bool whole = l.is_tiled ? read_tiles(tiff, l, room, check) : read_strips(tiff, l, room, check);
+  if (whole && source.complaint().empty()) return {};
+  return source.complaint().empty() ? "it ends too early" : source.complaint();
+}
+
+}  // namespace
 
 bool decode_tiff(const ImageBytes& image, const SampleRoom& room, std::string& wrong) {
   Source source(image.view);
   Layout l;
   const Tiff tiff = open_ours(image, source, l);
   if (!tiff) return false;
-  if (l.width != static_cast<std::uint32_t>(room.width) || l.height != static_cast<std::uint32_t>(room.height) ||
-      l.channels < room.channels) {
-    wrong = "it changes while it is read";
-    return true;
-  }
-  if (is_jpeg_in_ycbcr(l)) TIFFSetField(tiff.get(), TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
-  const bool whole = l.is_tiled ? read_tiles(*tiff, l, room) : read_strips(*tiff, l, room);
-  if (!whole || !source.complaint().empty())
-    wrong = source.complaint().empty() ? "it ends too early" : source.complaint();
+  wrong = decode(*tiff, l, room, source, [](std::uint32_t) {});
+  return true;
+}
+
+bool decode_tiff_in_parts(const std::filesystem::path& file, const SampleRoom& room, std::string& wrong) {
+  if (!is_named_tiff(file)) return false;
+  const FileParts parts(file);
+  Source source(parts);
+  Layout l;
+  const Tiff tiff = open_ours(file, source, l);
+  if (!tiff || l.coding == COMPRESSION_JPEG) return false;
+  StripCheck check(*tiff, l, parts.size());
+  wrong = decode(*tiff, l, room, source, [&](std::uint32_t number) { check.look(file, number); });
   return true;
 }
 

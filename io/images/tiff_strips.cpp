@@ -67,9 +67,25 @@ class Directory {
   std::uint64_t begin_ = 0, count_ = 0;
 };
 
-/// What zlib says of a stream that is damaged; empty for others. A stream of which the end is damaged may give all pixels, so that
-/// libtiff takes it, and then goes on beyond its last byte.
-std::string damage_of(std::string_view deflated) {
+/// Throws InputError unless a strip, which leaves the tables of all strips to `tables`, can be decoded.
+void check_jpeg_strip(const ImageBytes& tiff, std::string_view tables, std::string_view strip, std::uint64_t at) {
+  constexpr std::size_t kMarker = 2;  // bytes of the tables' last marker, end of image, and of the strip's first
+  if (strip.size() < kMarker) return;
+  std::string whole(tables.empty() ? strip.substr(0, kMarker) : tables.substr(0, tables.size() - kMarker));
+  whole += strip.substr(kMarker);
+  const ImageBytes image{tiff.file, "the JPEG that begins at byte " + std::to_string(at), whole};
+  if (!image.is_jpeg()) return;
+  const ImageHeader header = read_jpeg_header(image);
+  check_size(image.file, image.part, header.width, header.height, header.channels);
+  check_jpeg(image);
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height) *
+                                   static_cast<std::size_t>(header.channels));
+  decode_jpeg(image, header, pixels.data());
+}
+
+}  // namespace
+
+std::string deflate_damage(std::string_view deflated) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(deflated.data()));
@@ -89,23 +105,10 @@ std::string damage_of(std::string_view deflated) {
   return said;
 }
 
-/// Throws InputError unless a strip, which leaves the tables of all strips to `tables`, can be decoded.
-void check_jpeg_strip(const ImageBytes& tiff, std::string_view tables, std::string_view strip, std::uint64_t at) {
-  constexpr std::size_t kMarker = 2;  // bytes of the tables' last marker, end of image, and of the strip's first
-  if (strip.size() < kMarker) return;
-  std::string whole(tables.empty() ? strip.substr(0, kMarker) : tables.substr(0, tables.size() - kMarker));
-  whole += strip.substr(kMarker);
-  const ImageBytes image{tiff.file, "the JPEG that begins at byte " + std::to_string(at), whole};
-  if (!image.is_jpeg()) return;
-  const ImageHeader header = read_jpeg_header(image);
-  check_size(image.file, image.part, header.width, header.height, header.channels);
-  check_jpeg(image);
-  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height) *
-                                   static_cast<std::size_t>(header.channels));
-  decode_jpeg(image, header, pixels.data());
+void refuse_damage(const std::filesystem::path& file, std::uint64_t at, const std::string& damage) {
+  throw InputError(file, "byte " + std::to_string(at),
+                   "cannot be decoded whole: the compressed data that begin here are damaged (" + damage + ")");
 }
-
-}  // namespace
 
 void check_tiff(const ImageBytes& image) {
   constexpr std::uint64_t kCompression = 259, kStrips = 273, kStripBytes = 279, kTiles = 324, kTileBytes = 325;
@@ -127,8 +130,8 @@ void check_tiff(const ImageBytes& image) {
       const std::string_view strip = image.view.substr(at[i], bytes[i]);
       if (jpeg)
         check_jpeg_strip(image, tables, strip, at[i]);
-      else if (const std::string said = damage_of(strip); !said.empty())
-        image.fail(at[i], "cannot be decoded whole: the compressed data that begin here are damaged (" + said + ")");
+      else if (const std::string said = deflate_damage(strip); !said.empty())
+        refuse_damage(image.file, at[i], said);
     }
   }
 }

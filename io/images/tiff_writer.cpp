@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "io/bands/band_tags.h"
 #include "io/images.h"
-#include "io/number_text.h"
-#include "io/output_file.h"
+#include "io/images/image_file.h"
 
 namespace gpvc::io {
 namespace {
@@ -52,30 +52,6 @@ NewTiff open_for(const OutputFile& out, double bytes, Complaint& complaint) {
   NewTiff tiff(TIFFFdOpenExt(own, "", bytes > kMostClassic ? "w8" : "w", options.get()));
   if (!tiff) ::close(own);
   return tiff;
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
-}
-
-/// Names, wavelengths and units of the bands as GDAL reads them.
-std::string metadata_of(const BandSet& set) {
-  std::string xml = "<GDALMetadata>\n";
-  for (std::size_t i = 0; i < set.bands.size(); ++i) {
-    const auto item = [&](const std::string& name, const std::string& role, const std::string& value) {
-      xml += "  <Item name=\"" + name + "\" sample=\"" + std::to_string(i) + "\"" +
-             (role.empty() ? "" : " role=\"" + role + "\"") + ">" + escaped(value) + "</Item>\n";
-    };
-    const Band& band = set.bands[i];
-    item("DESCRIPTION", "description", band.name);
-    if (!band.unit.empty()) item("UNITTYPE", "unittype", band.unit);
-    if (!band.wavelength_nm) continue;
-    item("WAVELENGTH", "", shortest_text(*band.wavelength_nm));
-    item("WAVELENGTH_UNITS", "", "nm");
-  }
-  return xml + "</GDALMetadata>\n";
 }
 
 void set_size(TIFF& tiff, int width, int height) {
@@ -150,9 +126,8 @@ bool write_mask(TIFF& tiff, int width, int height, std::span<const std::uint8_t>
 
 }  // namespace
 
-void write_samples(const std::filesystem::path& file, const Samples& samples, const BandSet& set,
-                   std::span<const std::uint8_t> mask) {
-  OutputFile out(file);
+void write_tiff(OutputFile& out, const std::filesystem::path& file, const Samples& samples, const BandSet& set,
+                std::span<const std::uint8_t> mask) {
   Complaint complaint;
   errno = 0;
   const auto check = [&](bool good) {
@@ -166,8 +141,6 @@ void write_samples(const std::filesystem::path& file, const Samples& samples, co
   if (!mask.empty())
     check(write_mask(*tiff, samples.width, samples.height, mask) && TIFFWriteDirectory(tiff.get()) != 0);
   check(TIFFFlush(tiff.get()) != 0);
-  tiff.reset();
-  out.commit();
 }
 
 }  // namespace gpvc::io

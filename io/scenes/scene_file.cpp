@@ -6,6 +6,7 @@
 
 #include "io/bands/band_files.h"
 #include "io/bands/band_set.h"
+#include "io/bands/band_views.h"
 #include "io/file_bytes.h"
 #include "io/files/text_scan.h"
 #include "io/files/zip_file.h"
@@ -328,6 +329,7 @@ Scene read_scene(const fs::path& source, const SceneOptions& options) {
   find_band_files(file, needed, options);
   forget_truncated_photos(file, needed);
   fit_cameras(file, needed);
+  join_band_views(file, needed, options);
   if (options.skip_bad_photos) forget_damaged_photos(file, needed);
   refuse_bad_photos(file, needed, folder, options.skip_bad_photos);
   Scene scene;

@@ -204,6 +204,55 @@ TEST(BandFiles, HoldAllBandsAndAreReadAgain) {
   EXPECT_EQ(again.bands[4].rms, scores.bands[4].rms);
 }
 
+// As PNG instead of TIFF: the same samples, which are scored and changed by rules like those of TIFFs.
+TEST(BandFiles, OfPngHoldWhatTiffsHold) {
+  const test::TemporaryFolder folder;
+  BandCity city({.count = 4, .type = SampleType::u16});
+  write_photos(city, folder.path());
+  pipeline::Settings settings;
+  settings.editable = true;
+  settings.output.texture = io::ImageFormat::png;
+  const fs::path tif = folder.path() / "tif", png = folder.path() / "png", changed = folder.path() / "changed";
+  texture_files(city, settings, tif);
+  settings.output.band_format = io::SampleFormat::png;
+  texture_files(city, settings, png);
+  const std::vector<Samples> pages = page_samples(tif);
+  ASSERT_FALSE(pages.empty());
+  EXPECT_TRUE(page_samples(png).empty());
+  for (std::size_t p = 0; p < pages.size(); ++p) {
+    const std::string name = "model_" + std::to_string(p);
+    EXPECT_EQ(test::read_file(png / (name + ".png")), test::read_file(tif / (name + ".png")));
+    const auto found = pipeline::samples_beside(png / (name + ".png"), pages[p].width, pages[p].height);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->file, png / (name + "_bands.png"));
+    EXPECT_EQ(found->samples.bytes, pages[p].bytes);
+    EXPECT_EQ(io::read_band_set(found->file).bands, city.scene.bands->bands);
+  }
+  texture_files(city, settings, changed, png);
+  EXPECT_EQ(test::read_file(changed / "model_0_bands.png"), test::read_file(png / "model_0_bands.png"));
+}
+
+TEST(BandFiles, OfPngAreRefusedBeforeAnyWorkWhereItCannotHoldThem) {
+  const test::TemporaryFolder folder;
+  pipeline::Settings settings;
+  settings.output.band_format = io::SampleFormat::png;
+  for (const auto& [bands, kinds] :
+       {std::pair{synth::BandOptions{.count = 5, .type = SampleType::u16}, "5 bands of u16"},
+        std::pair{synth::BandOptions{.count = 3, .type = SampleType::f32}, "3 bands of f32"}}) {
+    BandCity city(bands);
+    write_photos(city, folder.path());
+    try {
+      texture_files(city, settings, folder.path() / "out");
+      ADD_FAILURE() << kinds;
+    } catch (const InputError& error) {
+      EXPECT_TRUE(
+          test::contains(error.what(), "0.tif: holds " + std::string(kinds) + ", and a PNG holds 1 to 4 of u8 or u16"))
+          << error.what();
+    }
+    EXPECT_FALSE(fs::exists(folder.path() / "out" / "run.json"));
+  }
+}
+
 // A rule that forbids a photo changes the faces that it textured; all other texels, and the files of kept pages, stay.
 TEST(BandFiles, AreChangedByRulesAsPagesAre) {
   const test::TemporaryFolder folder;

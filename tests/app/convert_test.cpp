@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/console.h"
 #include "app/cli/options.h"
@@ -12,6 +13,7 @@
 #include "io/scene_files.h"
 #include "tests/support/scene_folder.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/tiff_photo.h"
 
 namespace gpvc {
 namespace {
@@ -72,6 +74,47 @@ TEST(Convert, CopiesAllFilesOfAPhotosBands) {
   const Scene scene = io::read_scene(project.folder.path() / "out", {});
   ASSERT_TRUE(scene.bands);
   EXPECT_EQ(scene.bands->bands.size(), 3u);
+}
+
+// What a photo's file declares to be no data becomes black in the mask of the photo that is made of it.
+TEST(Convert, MasksPixelsWithoutDataOfWhatItUndistorts) {
+  SmallProject project;
+  project.folder.write("colmap/images.txt", "1 1 0 0 0 0 0 0 1 a.tif\n\n2 1 0 0 0 1 0 0 1 b.tif\n\n");
+  Samples samples{40, 30, 1, SampleType::u16, std::vector<std::byte>(2 * 40 * 30)};
+  for (int pixel = 0; pixel < 40 * 30; ++pixel)
+    store_sample(samples.bytes.data() + 2 * pixel, SampleType::u16, static_cast<float>(1000 + 20 * pixel));
+  test::write_tiff(project.folder.path() / "images" / "b.tif", samples, {.nodata = "65535"});
+  for (int y = 10; y < 20; ++y)
+    for (int x = 12; x < 30; ++x) store_sample(samples.at(x, y), SampleType::u16, 65535);
+  test::write_tiff(project.folder.path() / "images" / "a.tif", samples, {.nodata = "65535"});
+  EXPECT_EQ(project.convert(io::SceneTarget::colmap, true, "out"), "");
+  const Scene scene = io::read_scene(project.folder.path() / "out", {});
+  ASSERT_EQ(scene.views.size(), 2u);
+  EXPECT_FALSE(scene.views[0].mask.empty());
+  EXPECT_TRUE(scene.views[1].mask.empty());
+  const auto excluded = io::read_exclusion(scene.views[0]);
+  ASSERT_TRUE(excluded);
+  // The lens hardly moves the middle.
+  EXPECT_TRUE(excluded->excludes(20, 15));
+  EXPECT_TRUE(excluded->excludes(14, 12));
+  EXPECT_FALSE(excluded->excludes(20, 5));
+  EXPECT_FALSE(excluded->excludes(35, 15));
+  const auto run = nlohmann::json::parse(test::read_file(project.folder.path() / "out" / "run.json"));
+  EXPECT_EQ(run.at("counts").at("masks"), 1);
+  // Reduced, as well.
+  project.downscale = 2;
+  EXPECT_EQ(project.convert(io::SceneTarget::colmap, false, "half"), "");
+  const Scene half = io::read_scene(project.folder.path() / "half", {});
+  ASSERT_FALSE(half.views[0].mask.empty());
+  EXPECT_TRUE(io::read_exclusion(half.views[0])->excludes(10, 7));
+  // Copies say themselves what they lack.
+  project.downscale = 1;
+  EXPECT_EQ(project.convert(io::SceneTarget::colmap, false, "copy"), "");
+  const Scene copy = io::read_scene(project.folder.path() / "copy", {});
+  EXPECT_TRUE(copy.views[0].mask.empty());
+  io::PhotoCache photos(copy);
+  ASSERT_TRUE(photos.exclusion(ViewId{0}));
+  EXPECT_TRUE(photos.exclusion(ViewId{0})->excludes(20, 15));
 }
 
 TEST(Convert, WritesScenesThatReadBackWithoutDistortion) {

@@ -10,6 +10,7 @@
 #include "io/mesh.h"
 #include "io/npy.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/tiff_photo.h"
 #include "visibility/device.h"
 #include "visibility/visibility.h"
 
@@ -133,6 +134,42 @@ TEST_F(VisibilityCommand, WrongUseEndsWithOneSentence) {
   EXPECT_EQ(run(scene() + whole_mesh() + " --oracle-check 0 -o x").exit_code, 2);
   EXPECT_EQ(run(scene() + whole_mesh() + " --oracle-check many -o x").exit_code, 2);
   EXPECT_EQ(run(scene() + "-o x").exit_code, 2);
+}
+
+// A square of two triangles that fill a photo, the left half of which declares to have no data.
+TEST_F(VisibilityCommand, PixelsWithoutDataSeeNothing) {
+  const fs::path root = folder_.path();
+  folder_.write("colmap/cameras.txt", "1 PINHOLE 40 40 40 40 20 20\n");
+  folder_.write("colmap/images.txt", "1 1 0 0 0 0 0 0 1 a.tif\n\n2 1 0 0 0 0 0 0 1 b.tif\n\n");
+  folder_.write("mesh.obj",
+                "v -0.6 -0.6 1\nv -0.1 -0.6 1\nv -0.6 0.6 1\nv 0.1 -0.4 1\nv 0.4 -0.4 1\nv 0.1 0.4 1\n"
+                "f 1 3 2\nf 4 6 5\n");
+  Samples samples{40, 40, 2, SampleType::f32, std::vector<std::byte>(std::size_t{8} * 40 * 40)};
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 40; ++x)
+      for (int band = 0; band < 2; ++band)
+        store_sample(samples.at(x, y) + 4 * band, SampleType::f32, static_cast<float>(x + y + band) / 100);
+  test::write_tiff(root / "images" / "b.tif", samples);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 20; ++x) store_sample(samples.at(x, y) + 4, SampleType::f32, -9999);
+  test::write_tiff(root / "images" / "a.tif", samples, {.nodata = "-9999"});
+  const Outcome outcome =
+      run("visibility '" + (root / "colmap").string() + "' '" + (root / "mesh.obj").string() + "' --images '" +
+          (root / "images").string() + "' --ivm -o '" + (root / "out").string() + "'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto classes = [&](const char* name) {
+    return io::read_npy<std::uint8_t>(root / "out" / "visibility" / name).values;
+  };
+  // Both photos see the right face whole; the left one lies where only b.tif has data.
+  EXPECT_EQ(classes("b.tif.npy")[1], 2);
+  EXPECT_EQ(classes("a.tif.npy")[1], 2);
+  EXPECT_EQ(classes("b.tif.npy")[0], 1);  // it reaches beyond the photo
+  EXPECT_EQ(classes("a.tif.npy")[0], 0);
+  const auto seen = io::read_npy<std::uint32_t>(root / "out" / "ivm" / "a.tif.npy").values;
+  for (std::size_t y = 0; y < 40; ++y)
+    for (std::size_t x = 0; x < 20; ++x) EXPECT_EQ(seen[40 * y + x], 0xFFFFFFFFU);
+  EXPECT_EQ(json(root / "out" / "run.json").at("counts").at("excluded_pixels"), 800);
+  EXPECT_TRUE(test::contains(outcome.err, "for want of data: 800 pixels of 1 photos"));
 }
 
 }  // namespace

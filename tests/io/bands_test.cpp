@@ -1,6 +1,7 @@
 // Scenes of photos with more than RGB of 8 bits: what their bands are, where they lie, and what the photo cache makes of them.
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -256,6 +257,159 @@ TEST(Bands, AFourthOneIsNoAlphaUnlessItLooksLikeOne) {
   // RGB and infrared of 8 bits.
   scene.write_all(spread(4, SampleType::u8, 3, 250), layouts[1]);
   EXPECT_EQ(scene.read().bands->bands.size(), 4u);
+}
+
+// Water is 0 in infrared and roofs are overexposed: a tag that calls it an alpha is wrong all the same.
+TEST(Bands, ATaggedAlphaWithValuesLikeAPicturesIsABand) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const TiffLayout layout{.photometric = PHOTOMETRIC_RGB, .extra = {EXTRASAMPLE_UNASSALPHA}};
+  const auto write = [&](double full, SampleType type, const std::function<double(int, int)>& fourth) {
+    scene.write_all(
+        picture(4, type, [&](std::size_t b, int x, int y) { return b == 3 ? full * fourth(x, y) : 20.0 + x + y; }),
+        layout);
+  };
+  const auto infrared = [](int x, int y) { return x < 6 ? 0.0 : x > 54 ? 1.0 : ((x * 7 + y * 13) % 64) / 63.0; };
+  write(255, SampleType::u8, infrared);
+  ASSERT_TRUE(scene.read().bands);
+  EXPECT_EQ(scene.read().bands->bands.size(), 4u);
+  EXPECT_TRUE(has_warning(scene.read(), "it is taken for a band"));
+  write(4095, SampleType::u16, infrared);
+  EXPECT_EQ(scene.read().bands->bands.size(), 4u);
+  // Alphas: a soft rim, none transparent, most transparent, one of 8 bits in 16.
+  const auto rim = [](int x, int) { return std::clamp((x - 5) / 12.0, 0.0, 1.0); };
+  const auto little = [](int x, int y) { return x > 50 && y > 40 ? 1.0 : 0.0; };
+  for (const auto& alpha : {std::function<double(int, int)>(rim), std::function<double(int, int)>(little),
+                            std::function<double(int, int)>([](int, int) { return 1.0; })}) {
+    write(65535, SampleType::u16, alpha);
+    EXPECT_EQ(scene.read().bands->bands.size(), 3u);
+    write(255, SampleType::u16, alpha);
+    EXPECT_EQ(scene.read().bands->bands.size(), 3u);
+    write(255, SampleType::u8, alpha);
+    EXPECT_FALSE(scene.read().bands);
+  }
+}
+
+// What the file calls the fourth channel goes before how its values are spread.
+TEST(Bands, AnAlphaThatIsNamedAsABandIsOne) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const Samples binary = picture(4, SampleType::u16,
+                                 [](std::size_t b, int x, int y) { return b == 3 ? (x < 9 ? 0 : 65535) : 50 * x + y; });
+  const auto bands = [&](const std::string& name, const std::string& more = "") {
+    scene.write_all(binary, {.photometric = PHOTOMETRIC_RGB,
+                             .extra = {EXTRASAMPLE_UNASSALPHA},
+                             .metadata = "<GDALMetadata><Item name=\"DESCRIPTION\" sample=\"3\" role=\"description\">" +
+                                         name + "</Item>" + more + "</GDALMetadata>"});
+    return scene.read().bands->bands.size();
+  };
+  EXPECT_EQ(bands("NIR"), 4u);
+  EXPECT_EQ(scene.read().bands->bands[3].name, "NIR");
+  EXPECT_FALSE(scene.read().views[0].uses_alpha);
+  EXPECT_EQ(bands("Alpha band"), 3u);
+  EXPECT_EQ(bands("Band 4"), 3u);
+  EXPECT_EQ(bands("4"), 3u);
+  EXPECT_EQ(bands("Band 4", "<Item name=\"WAVELENGTH\" sample=\"3\">842</Item>"), 4u);
+}
+
+// GDAL's own masks: in strips and tiles, of 1 and of 8 bits, behind a smaller picture with a mask of its own.
+TEST(Bands, AMaskInsideTheFileExcludesWhatItDoesNotShow) {
+  const BandScene scene({"a.tif", "b.tif"});
+  const auto shows = [](int x, int y) { return x >= 5 && !(x == 20 && y == 9); };
+  for (const SampleType type : {SampleType::u8, SampleType::u16, SampleType::f32})
+    for (const auto& [bits, tile] : {std::pair{1, 0u}, std::pair{8, 0u}, std::pair{1, 16u}, std::pair{8, 32u}}) {
+      const Samples samples = spread(3, type, 1, type == SampleType::f32 ? 1.5 : 250);
+      scene.write_all(samples, {.photometric = PHOTOMETRIC_RGB});
+      test::append_mask(scene.place("a.tif"), kWidth, kHeight, shows, bits, tile);
+      EXPECT_TRUE(hides_pixels(scene.place("a.tif")));
+      EXPECT_FALSE(has_alpha(scene.place("a.tif")));
+      const Scene read = scene.read();
+      EXPECT_EQ(read.bands.has_value(), type != SampleType::u8);
+      EXPECT_TRUE(read.views[0].uses_alpha);
+      EXPECT_FALSE(read.views[1].uses_alpha);
+      PhotoCache cache(read, 0);
+      const auto excluded = cache.exclusion(ViewId{0});
+      ASSERT_TRUE(excluded);
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, y), !shows(x, y)) << x << ' ' << y;
+      EXPECT_FALSE(cache.exclusion(ViewId{1}));
+      if (type == SampleType::u8) {
+        EXPECT_EQ(cache.photo(ViewId{0})->at(7, 3)[0], load_sample(samples.at(7, 3), type));
+      } else {
+        EXPECT_EQ(load_sample(cache.samples(ViewId{0})->at(7, 3), type), load_sample(samples.at(7, 3), type));
+      }
+      SceneOptions all;
+      all.masks = false;
+      const Scene unmasked = scene.read(all);
+      PhotoCache whole(unmasked, 0);
+      EXPECT_FALSE(whole.exclusion(ViewId{0}));
+    }
+}
+
+// An alpha and a mask in one file: each excludes what it does.
+TEST(Bands, AMaskInsideTheFileIsAddedToItsAlpha) {
+  const BandScene scene({"a.tif"});
+  for (const SampleType type : {SampleType::u8, SampleType::u16}) {
+    const double full = type == SampleType::u8 ? 255 : 65535;
+    scene.write_all(picture(4, type, [&](std::size_t b, int x, int) { return b < 3   ? 9 + x
+                                                                             : x < 4 ? 0
+                                                                                     : full; }),
+                    {.photometric = PHOTOMETRIC_RGB, .extra = {EXTRASAMPLE_UNASSALPHA}});
+    test::append_mask(scene.place("a.tif"), kWidth, kHeight, [](int, int y) { return y > 1; });
+    const Scene read = scene.read();
+    PhotoCache cache(read, 0);
+    const auto excluded = cache.exclusion(ViewId{0});
+    ASSERT_TRUE(excluded);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, y), x < 4 || y < 2) << x << ' ' << y;
+  }
+}
+
+TEST(Bands, AMaskThatIsDamagedIsAnError) {
+  const BandScene scene({"a.tif"});
+  scene.write_all(spread(2, SampleType::u16, 1, 60000));
+  test::append_mask(scene.place("a.tif"), kWidth, kHeight, [](int x, int) { return x > 2; });
+  const std::string whole = test::read_file(scene.place("a.tif"));
+  const Scene read = scene.read();
+  std::size_t errors = 0;
+  for (std::size_t length = whole.size() - 1; length > whole.size() - 300; --length) {
+    std::ofstream(scene.place("a.tif"), std::ios::binary) << whole.substr(0, length);
+    PhotoCache cache(read, 0);
+    try {
+      cache.samples(ViewId{0});
+    } catch (const InputError&) {
+      ++errors;
+    }
+  }
+  EXPECT_GT(errors, 290u);  // all but those that lack a byte that nothing needs
+}
+
+// GDAL's mask in a file beside the photo.
+TEST(Bands, AMaskFileOfGdalExcludesWhatItDoesNotShow) {
+  const BandScene scene({"a.tif"});
+  scene.write_all(spread(2, SampleType::u16, 1, 60000));
+  test::write_tiff(scene.place("a.tif.msk"),
+                   picture(1, SampleType::u8, [](std::size_t, int x, int) { return x < 3 ? 0 : 255; }));
+  const Scene read = scene.read();
+  EXPECT_EQ(read.views[0].mask, scene.place("a.tif.msk"));
+  PhotoCache cache(read, 0);
+  const auto excluded = cache.exclusion(ViewId{0});
+  ASSERT_TRUE(excluded);
+  for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, 4), x < 3);
+}
+
+// A mask of a further band's file hides what that band does not show, moved with the band.
+TEST(BandFiles, MasksInsideThemExcludeToo) {
+  const BandScene scene({"IMG_0001_1.tif"});
+  for (std::size_t b = 0; b < 2; ++b)
+    scene.write("IMG_0001_" + std::to_string(b + 1) + ".tif",
+                picture(1, SampleType::u16, [](std::size_t, int x, int y) { return 100 + x + y; }));
+  test::append_mask(scene.place("IMG_0001_2.tif"), kWidth, kHeight, [](int x, int y) { return x > 3 || y > 5; });
+  const Scene read = scene.read();
+  ASSERT_EQ(read.views[0].band_files.size(), 2u);
+  PhotoCache cache(read, 0);
+  const auto excluded = cache.exclusion(ViewId{0});
+  ASSERT_TRUE(excluded);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) EXPECT_EQ(excluded->excludes(x, y), x <= 3 && y <= 5) << x << ' ' << y;
 }
 
 TEST(Bands, AreNamedByGdalAndXmp) {
@@ -533,12 +687,14 @@ TEST(BandFiles, InFoldersAreAddedToThePhotos) {
   EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "given for the band 'nir', which another folder"));
 }
 
-TEST(BandFiles, ThatAreViewsOfTheirOwnAreNoBands) {
+// More of them in band_views_test.cpp.
+TEST(BandFiles, ThatAreViewsWithTheSameCameraAreBands) {
   const BandScene scene({"IMG_0001_1.tif", "IMG_0001_2.tif"});
   scene.write_all(spread(1, SampleType::u16, 0, 60000));
   const Scene read = scene.read();
-  EXPECT_TRUE(read.views[0].band_files.empty());
-  EXPECT_EQ(read.bands->bands.size(), 1u);
+  ASSERT_EQ(read.views.size(), 1u);
+  EXPECT_EQ(read.views[0].band_files.size(), 2u);
+  EXPECT_EQ(read.bands->bands.size(), 2u);
 }
 
 TEST(BandFiles, OfPhotosOfDifferentBandsAreNotTakenTogether) {

@@ -29,6 +29,20 @@ TEST(FileBytes, AreThoseOfFilesOfAnySize) {
   }
 }
 
+TEST(FileParts, AreThoseOfTheFile) {
+  const test::TemporaryFolder folder;
+  const FileParts parts(folder.write("file", "0123456789"));
+  EXPECT_EQ(parts.size(), 10u);
+  std::string to(4, ' ');
+  EXPECT_EQ(parts.read(3, to), 4u);
+  EXPECT_EQ(to, "3456");
+  EXPECT_EQ(parts.read(8, to), 2u);
+  EXPECT_EQ(to.substr(0, 2), "89");
+  EXPECT_EQ(parts.read(10, to), 0u);
+  EXPECT_THROW(FileParts("/nowhere"), InputError);
+  EXPECT_THROW(FileParts(folder.path()), InputError);
+}
+
 TEST(FileBytes, OfFilesWithoutASizeAreRead) {
   EXPECT_FALSE(FileBytes("/proc/self/maps").view().empty());
   EXPECT_THROW(FileBytes("/proc"), InputError);

@@ -63,6 +63,53 @@ TEST(Samples, AreReadAsTheyAreWritten) {
     }
 }
 
+// Two and four bands of a PNG lie where an alpha would; what the file says of them tells that they are bands.
+TEST(Samples, OfPngsAreThoseOfTiffs) {
+  const TemporaryFolder folder;
+  for (const SampleType type : {SampleType::u8, SampleType::u16})
+    for (const std::size_t bands : {1u, 2u, 3u, 4u}) {
+      // More than one block of the compression, and not a whole number of them.
+      const Samples samples = noise(700, 531, bands, type);
+      BandSet set;
+      set.type = type;
+      for (std::size_t b = 0; b < bands; ++b) set.bands.push_back({"Band " + std::to_string(b + 1), {}, {}});
+      set.bands[0] = {"R\xC3\xA9<&>", 717.5, "reflectance"};
+      write_samples(folder.path() / "a.png", samples, set, every_other_mask(700, 531));
+      write_samples(folder.path() / "a.tif", samples, set, every_other_mask(700, 531));
+      const Samples png = read_samples(folder.path() / "a.png"), tif = read_samples(folder.path() / "a.tif");
+      EXPECT_EQ(png.bands, bands);
+      EXPECT_EQ(png.type, type);
+      EXPECT_EQ(png.bytes, samples.bytes);
+      EXPECT_EQ(png.bytes, tif.bytes);
+      EXPECT_EQ(read_band_set(folder.path() / "a.png").bands, set.bands);
+      EXPECT_FALSE(has_alpha(folder.path() / "a.png"));
+      // As another library reads it: the same numbers.
+      OIIO::ImageSpec as_stored;
+      as_stored["oiio:UnassociatedAlpha"] = 1;
+      const auto in = OIIO::ImageInput::open((folder.path() / "a.png").string(), &as_stored);
+      ASSERT_TRUE(in);
+      std::vector<std::byte> read(samples.bytes.size());
+      const auto form = type == SampleType::u8 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16;
+      EXPECT_EQ(in->spec().nchannels, static_cast<int>(bands));
+      ASSERT_TRUE(in->read_image(0, 0, 0, in->spec().nchannels, form, read.data()));
+      EXPECT_EQ(read, samples.bytes);
+    }
+}
+
+TEST(Samples, ThatNoPngHoldsAreNotWrittenToOne) {
+  BandSet set;
+  set.bands.resize(4);
+  EXPECT_TRUE(fits_png(set));
+  set.bands.resize(5);
+  EXPECT_FALSE(fits_png(set));
+  set.bands.resize(1);
+  set.type = SampleType::f32;
+  EXPECT_FALSE(fits_png(set));
+  const TemporaryFolder folder;
+  EXPECT_THROW(write_samples(folder.path() / "a.png", noise(3, 3, 1, SampleType::f32), set), std::invalid_argument);
+  EXPECT_EQ(folder.count(), 0u);
+}
+
 TEST(Samples, AreNotWrittenWhereThereIsNoRoom) {
   const Samples samples = noise(600, 600, 5, SampleType::f32);
   BandSet set;
@@ -97,6 +144,42 @@ TEST(Samples, AreThoseOfTiffsInAllLayouts) {
         EXPECT_EQ(read.type, type);
         EXPECT_EQ(read.bytes, samples.bytes) << bands << " bands, layout " << i;
       }
+}
+
+// Strips and tiles are read one by one, and looked at before they are decoded.
+TEST(Samples, OfDamagedTiffsAreAnError) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "a.tif";
+  const Samples samples = noise(37, 23, 3, SampleType::u16);
+  for (const TiffLayout& layout : {TiffLayout{.coding = COMPRESSION_ADOBE_DEFLATE}, TiffLayout{},
+                                   TiffLayout{.coding = COMPRESSION_ADOBE_DEFLATE, .tile = 16, .mode = "w8"}}) {
+    test::write_tiff(file, samples, layout);
+    const std::string whole = test::read_file(file);
+    const auto error_of = [&](const std::string& bytes) -> std::string {
+      folder.write("a.tif", bytes);
+      try {
+        read_samples(file);
+        return "";
+      } catch (const InputError& error) {
+        return error.what();
+      }
+    };
+    EXPECT_EQ(error_of(whole), "");
+    for (std::size_t length = 0; length < whole.size(); length += 7)
+      EXPECT_TRUE(contains(error_of(whole.substr(0, length)), "a.tif")) << length;
+    if (layout.coding == COMPRESSION_NONE) continue;
+    // The checksum that ends the first stream, which libtiff does not look at.
+    const std::size_t begin = whole.find('\x78');
+    ASSERT_NE(begin, std::string::npos);
+    std::size_t found = 0;
+    for (std::size_t at = begin; at < whole.size(); at += 11) {
+      std::string damaged = whole;
+      damaged[at] ^= '\x10';
+      const std::string error = error_of(damaged);
+      found += contains(error, "the compressed data that begin here are damaged") ? 1 : 0;
+    }
+    EXPECT_GT(found, (whole.size() - begin) / 11 / 2);
+  }
 }
 
 template <typename T>

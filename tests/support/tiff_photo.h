@@ -95,4 +95,52 @@ inline void write_tiff(const std::filesystem::path& file, const Samples& samples
   TIFFClose(tiff);
 }
 
+/// Adds a mask to a TIFF as GDAL does: a picture of its own behind a smaller one, 1 or 255 where `shows(x, y)`. \param bits 1 or 8
+/// \param tile as in TiffLayout
+template <typename Shows>
+void append_mask(const std::filesystem::path& file, int width, int height, const Shows& shows, int bits = 1,
+                 std::uint32_t tile = 0) {
+  TIFF* tiff = TIFFOpen(file.c_str(), "a");
+  ASSERT_NE(tiff, nullptr);
+  const auto write = [&](int columns, int rows, std::uint32_t kind, std::uint16_t photometric, int depth) {
+    const int across = tile > 0 ? static_cast<int>(tile) : columns, down = tile > 0 ? static_cast<int>(tile) : 7;
+    TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, kind);
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, columns);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, rows);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, depth);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, photometric);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE);
+    if (tile > 0) {
+      TIFFSetField(tiff, TIFFTAG_TILEWIDTH, tile);
+      TIFFSetField(tiff, TIFFTAG_TILELENGTH, tile);
+    } else {
+      TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, down);
+    }
+    const int row = depth == 8 ? across : (across + 7) / 8;
+    std::uint32_t number = 0;
+    for (int top = 0; top < rows; top += down)
+      for (int left = 0; left < columns; left += across) {
+        const int lines = tile > 0 ? down : std::min(down, rows - top);
+        std::vector<std::uint8_t> part(static_cast<std::size_t>(row * lines));
+        for (int y = 0; y < std::min(lines, rows - top); ++y)
+          for (int x = 0; x < std::min(across, columns - left); ++x)
+            if (shows(left + x, top + y))
+              part[static_cast<std::size_t>(row * y + (depth == 8 ? x : x / 8))] |=
+                  static_cast<std::uint8_t>(depth == 8 ? 255 : 0x80 >> x % 8);
+        const auto bytes = static_cast<tmsize_t>(part.size());
+        const tmsize_t written = tile > 0 ? TIFFWriteEncodedTile(tiff, number, part.data(), bytes)
+                                          : TIFFWriteEncodedStrip(tiff, number, part.data(), bytes);
+        ASSERT_EQ(written, bytes);
+        ++number;
+      }
+    TIFFWriteDirectory(tiff);
+  };
+  write(width / 2, height / 2, FILETYPE_REDUCEDIMAGE, PHOTOMETRIC_MINISBLACK, 8);
+  write(width / 2, height / 2, FILETYPE_REDUCEDIMAGE | FILETYPE_MASK, PHOTOMETRIC_MASK, bits);
+  write(width, height, FILETYPE_MASK, PHOTOMETRIC_MASK, bits);
+  TIFFClose(tiff);
+}
+
 }  // namespace gpvc::test

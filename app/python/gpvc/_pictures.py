@@ -159,7 +159,7 @@ class Pictures:
         elif self.images is not None:
             value, name = self._given(self.images, "images", i)
             if is_path(value):
-                transparent = _gpvc.read_photo(os.fspath(value), "")[1] if _gpvc.has_alpha(os.fspath(value)) else None
+                transparent = _gpvc.read_photo(os.fspath(value), "")[1] if _gpvc.hides_pixels(os.fspath(value)) else None
             else:
                 array = _picture_array(value, name)
                 self._check(array.shape, name, i)
