@@ -43,6 +43,22 @@ TEST(FileParts, AreThoseOfTheFile) {
   EXPECT_THROW(FileParts(folder.path()), InputError);
 }
 
+TEST(ReadPieces, GivesAFileOfAnySizeOnceAndInOrder) {
+  const TemporaryFolder folder;
+  for (const std::size_t size : {0u, 1u, (1u << 18) - 1, 1u << 18, (1u << 18) + 1, 700'000u}) {
+    std::string text(size, 'a');
+    for (std::size_t i = 0; i < size; i += 1000) text[i] = static_cast<char>('a' + i / 1000 % 26);
+    std::string read;
+    read_pieces(folder.write("file", text), [&](std::string_view piece) { read += piece; });
+    EXPECT_TRUE(read == text) << size;
+  }
+  EXPECT_THROW(read_pieces(folder.path(), [](std::string_view) {}), InputError);
+  EXPECT_THROW(read_pieces("/nowhere", [](std::string_view) {}), InputError);
+  EXPECT_THROW(
+      read_pieces(folder.write("pointer", "version https://git-lfs.github.com/spec/v1\n"), [](std::string_view) {}),
+      InputError);
+}
+
 TEST(FileBytes, OfFilesWithoutASizeAreRead) {
   EXPECT_FALSE(FileBytes("/proc/self/maps").view().empty());
   EXPECT_THROW(FileBytes("/proc"), InputError);
