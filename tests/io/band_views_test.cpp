@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <vector>
@@ -122,9 +123,13 @@ class RigScene {
       const View as = view_of(kLenses[lens], rig_[i]);
       const CameraPoint t = camera_from_world(as.pose, {0, 0, 0});
       images += std::to_string(i + 1);
-      char number[40];
-      for (const double q : quaternion(kLenses[lens])) images += (std::snprintf(number, 40, " %.17g", q), number);
-      for (const double v : {t.x, t.y, t.z}) images += (std::snprintf(number, 40, " %.17g", v), number);
+      const auto add = [&](double value) {
+        std::array<char, 40> text;
+        std::snprintf(text.data(), text.size(), " %.17g", value);
+        images += text.data();
+      };
+      for (const double q : quaternion(kLenses[lens])) add(q);
+      for (const double v : {t.x, t.y, t.z}) add(v);
       images += " " + std::to_string(lens + 1) + " " + views_[i].name + "\n\n";
     }
     folder_.write("sparse/0/cameras.txt", cameras);
