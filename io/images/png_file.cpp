@@ -64,7 +64,8 @@ std::vector<std::uint8_t> filtered_rows(const PngPicture& picture, std::size_t f
     if (picture.is_deep) {
       for (std::size_t x = 0; x < row_bytes; ++x) {
         const std::size_t from = x ^ 1;
-        to[x] = static_cast<std::uint8_t>(row[from] - (y == 0 ? 0 : row[from - row_bytes]));
+        const std::uint8_t above = y == 0 ? std::uint8_t{0} : *(row + from - row_bytes);
+        to[x] = static_cast<std::uint8_t>(row[from] - above);
       }
     } else if (y == 0) {
       std::copy_n(row, row_bytes, to);
