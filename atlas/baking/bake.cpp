@@ -157,7 +157,7 @@ class BandBaker {
       const TexelReach reach = raster_.reach[from];
       if (!row.known[i] || !is_baked(reach, build_.options.padding)) continue;
       store(page_.image.pixels.data() + 3 * to,
-            corrected(row.color[i], row.strip[i] + offset(raster_.owner[from], reach, x + 0.5, y + 0.5), gain_));
+            corrected(row.color[i], added(raster_.owner[from], reach, x + 0.5, y + 0.5, row.strip[i]), gain_));
       page_.state[static_cast<std::size_t>(to)] = state_of(reach);
     }
   }
@@ -172,7 +172,7 @@ class BandBaker {
       Color gain{1, 1, 1}, added;
       const PixelPoint frame = chart_.frame_position(x + 0.5, y + 0.5);
       if (build_.painting.are_colors()) {
-        added = row.strip[i] + offset(raster_.owner[from], reach, x + 0.5, y + 0.5);
+        added = this->added(raster_.owner[from], reach, x + 0.5, y + 0.5, row.strip[i]);
         if (local_gain_) gain = local_gain_->at(frame);
       }
       const auto texel = place_.texel(x, y);
@@ -181,16 +181,18 @@ class BandBaker {
     }
   }
 
-  Color offset(std::uint32_t face, TexelReach reach, double x, double y) {
+  Color added(std::uint32_t face, TexelReach reach, double x, double y, const Color& strip) {
     const ColorCorrection& correction = build_.correction;
-    if (correction.nodes.empty()) return {};
+    if (correction.nodes.empty()) return strip;
     const TexelTriangle& corners = build_.set.corners[face];
-    if (reach != TexelReach::centre) return correction.face_offset(face, corners, x, y);
+    if (reach != TexelReach::centre) return correction.added(face, corners, x, y, strip);
     if (face != face_) {
       face_ = face;
       plane_ = correction.offset_plane(face, corners);
+      limits_strip_ = correction.limits_strip(face);
+      if (limits_strip_) strip_plane_ = correction.strip_plane(face, corners);
     }
-    return plane_.at(x, y);
+    return plane_.at(x, y) + (limits_strip_ ? strip_plane_.at(x, y) * strip : strip);
   }
 
   /// Exposure near the middle of a block.
@@ -334,8 +336,9 @@ class BandBaker {
   Color gain_{1, 1, 1};                  ///< in the middle of the block
   std::optional<LocalGain> local_gain_;  ///< around it
   std::vector<PhotoPatch> patches_;      ///< under the block, per layer
-  std::uint32_t face_ = kNoOwner;        ///< the face of plane_
-  OffsetPlane plane_;
+  std::uint32_t face_ = kNoOwner;        ///< the face of the planes
+  OffsetPlane plane_, strip_plane_;
+  bool limits_strip_ = false;  ///< whether strip_plane_ is the face's
 };
 
 /// What a view's photo is needed for: a band of a plain chart, or a partial chart.

@@ -103,8 +103,7 @@ void bake_given_band(AtlasBuild& build, const ViewPhoto& photo, std::uint32_t nu
           const TexelSource* source = sources.of(face);
           const auto exposed = source ? sample_texel(build, photo, *source, x, y, samples) : std::nullopt;
           if (!exposed) continue;
-          const Color added =
-              build.correction.face_offset(face, build.set.corners[face], x + 0.5, y + 0.5) + strip.at(x, y);
+          const Color added = build.correction.added(face, build.set.corners[face], x + 0.5, y + 0.5, strip.at(x, y));
           layers[0] = corrected(exposed->color, added, exposed->gain);
           for (std::size_t layer = 1; layer < layers.size(); ++layer)
             layers[layer] =

@@ -35,8 +35,7 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
       // Offsets and strips belong to the chart's own view. The colours of other views are corrected by exposure alone.
       Color added;
       if (own)
-        added = build.correction.face_offset(source.face, build.set.corners[source.face], x + 0.5, y + 0.5) +
-                strip.at(x, y);
+        added = build.correction.added(source.face, build.set.corners[source.face], x + 0.5, y + 0.5, strip.at(x, y));
       layers[0] = corrected(exposed->color, added, exposed->gain);
       for (std::size_t layer = 1; layer < layers.size(); ++layer)
         layers[layer] =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "atlas/leveling/color_correction.h"
 #include "io/bilinear.h"
 
 namespace gpvc::atlas {
@@ -20,7 +21,20 @@ FourFloats in_place(std::uint32_t pixel) {
 
 FourFloats for_channels_in_place(const Color& factor) {
   constexpr float kByte = 1.0f / 256;
-  return FourFloats{factor.r, factor.g * kByte, factor.b * (kByte * kByte), 0} * kSumUnit;
+  return FourFloats{factor.r, factor.g * kByte, factor.b * (kByte * kByte), 0};
+}
+
+bool has_highlights(const FourFloats& exposed) {
+  return exposed[0] > kHighlight || exposed[1] > kHighlight || exposed[2] > kHighlight;
+}
+
+/// Of channels in place, so that gain times the result has the highlights that `gain` leaves.
+FourFloats compressed(FourFloats color, const Color& gain) {
+  constexpr float kByte = 256;
+  color[0] = with_highlights(gain.r * color[0], gain.r) / gain.r;
+  color[1] = with_highlights(gain.g * color[1] / kByte, gain.g) / gain.g * kByte;
+  color[2] = with_highlights(gain.b * color[2] / (kByte * kByte), gain.b) / gain.b * (kByte * kByte);
+  return color;
 }
 
 /// Positions as whole numbers of 2^-kFractionBits of a pixel.
@@ -50,13 +64,17 @@ CoarseRows::CoarseRows(const Image& means)
   }
 }
 
-void CoarseRows::add_row(const PhotoPoint& first, const PhotoPoint& step, const Color& factor, const Color& factor_step,
-                         std::span<ColorSum> sums) const {
+void CoarseRows::add_row(const PhotoPoint& first, const PhotoPoint& step, const CellFactor& at,
+                         const CellFactor& cell_change, std::span<ColorSum> sums) const {
   const auto columns = static_cast<std::size_t>(width_) + 1;
   const std::int64_t last_x = (width_ - 1) * kPixel, last_y = (height_ - 1) * kPixel;
   std::int64_t x = fixed(first.x / kCoarsePixel - 0.5), y = fixed(first.y / kCoarsePixel - 0.5);
   const std::int64_t step_x = fixed(step.x / kCoarsePixel), step_y = fixed(step.y / kCoarsePixel);
-  const FourFloats begin = for_channels_in_place(factor), change = for_channels_in_place(factor_step);
+  const FourFloats begin = kSumUnit * for_channels_in_place(at.factor),
+                   change = kSumUnit * for_channels_in_place(cell_change.factor);
+  const auto gain = [&](float cell) { return at.gain + cell * cell_change.gain; };
+  const Color last_gain = gain(static_cast<float>(sums.size()));
+  const bool is_brightened = std::max({at.gain.r, at.gain.g, at.gain.b, last_gain.r, last_gain.g, last_gain.b}) > 1;
   float i = 0;
   for (ColorSum& sum : sums) {
     const std::int64_t u = std::clamp<std::int64_t>(x, 0, last_x), v = std::clamp<std::int64_t>(y, 0, last_y);
@@ -68,8 +86,9 @@ void CoarseRows::add_row(const PhotoPoint& first, const PhotoPoint& step, const 
     const FourFloats top = a + fx * (in_place(upper[1]) - a), bottom = b + fx * (in_place(lower[1]) - b);
     // Rounded; what is truncated is made positive.
     constexpr std::int32_t kShift = 1 << 15;
-    const FourInts level =
-        __builtin_convertvector((begin + i * change) * (top + fy * (bottom - top)) + (float{kShift} + 0.5f), FourInts);
+    FourFloats color = top + fy * (bottom - top);
+    if (is_brightened && has_highlights(for_channels_in_place(gain(i)) * color)) color = compressed(color, gain(i));
+    const FourInts level = __builtin_convertvector((begin + i * change) * color + (float{kShift} + 0.5f), FourInts);
     for (std::size_t c = 0; c < 3; ++c) sum[c] = static_cast<std::int16_t>(sum[c] + level[c] - kShift);
     x += step_x;
     y += step_y;

@@ -34,15 +34,20 @@ class CoarsePhoto {
   std::shared_ptr<const Image> image_;
 };
 
+/// What a colour is multiplied by. `gain` is the part of the exposure, above 1 of which highlights are compressed.
+struct CellFactor {
+  Color factor, gain{1, 1, 1};
+};
+
 /// The same for rows of positions.
 class CoarseRows {
  public:
   /// \param means io::coarse_image() of a photo. O(pixels).
   explicit CoarseRows(const Image& means);
 
-  /// Adds to sums[i] the colour at the photo's position first + i step times factor + i factor_step.
-  /// \pre no sum leaves its range, see kMostSum in face_share.cpp
-  void add_row(const PhotoPoint& first, const PhotoPoint& step, const Color& factor, const Color& factor_step,
+  /// Adds to sums[i] the colour at the photo's position first + i step times at.factor + i change.factor, its highlights as
+  /// with_highlights() leaves them. \pre no sum leaves its range, see kMostSum in face_share.cpp
+  void add_row(const PhotoPoint& first, const PhotoPoint& step, const CellFactor& at, const CellFactor& change,
                std::span<ColorSum> sums) const;
 
  private:

@@ -36,7 +36,7 @@ void ColorHulls::add(const AtlasBuild& build, ViewId id, const CoarseRows& coars
     if (share.at == nullptr) continue;
     const Color gain = build.correction.gain(id, frame_position(view, build.input.mesh.positions[vertex]));
     std::array<ColorSum, 1> at{};
-    coarse.add_row({double{share.at->x}, double{share.at->y}}, {}, {1, 1, 1}, {}, at);
+    coarse.add_row({double{share.at->x}, double{share.at->y}}, {}, {{1, 1, 1}}, {{}, {}}, at);
     const Color photo = (1 / kSumUnit) *
                         Color{static_cast<float>(at[0][0]), static_cast<float>(at[0][1]), static_cast<float>(at[0][2])};
     const Color exposed = gain * photo;
@@ -45,7 +45,7 @@ void ColorHulls::add(const AtlasBuild& build, ViewId id, const CoarseRows& coars
       sample.least.*channel = std::min(sample.least.*channel, shown.*channel);
       sample.most.*channel = std::max(sample.most.*channel, shown.*channel);
     }
-    sample.blended = sample.blended + share.factor * exposed;
+    sample.blended = sample.blended + share.factor * shown;
     if (id != main_) continue;
     sample.own = exposed;
     sample.has_own = true;
@@ -60,8 +60,7 @@ InventedColor ColorHulls::count(const AtlasBuild& build, const ChartStrip* strip
     const TexelTriangle& t = build.set.corners[sample.face];
     const Color gain =
         build.correction.gain(main_, frame_position(view, build.input.mesh.positions[vertex_of(build, sample)]));
-    const Color added =
-        build.correction.face_offset(sample.face, t, t[0].x, t[0].y) + strip_offset(strip, t[0].x, t[0].y);
+    const Color added = build.correction.added(sample.face, t, t[0].x, t[0].y, strip_offset(strip, t[0].x, t[0].y));
     const Color color = corrected(sample.own, added, gain) + sample.blended;
     const auto texels = static_cast<std::uint64_t>(std::lround(std::max(1.0, std::abs(doubled_area(t)) / 2)));
     result.texels += texels;

@@ -16,10 +16,10 @@ namespace {
 constexpr double kMostShiftPx = 0.25;
 
 /// Sums stay in the range of ColorSum in whatever order views come: what they add has factors of kBlendedPart at most in
-/// all, what the main view takes away has one of as much, and gain_at() multiplies each. Every view is rounded by up to
-/// half a unit, for which there is room as long as no place is seen by more than 16 000.
-constexpr double kMostSum = double{kBlendedPart} * 255 * double{kSumUnit} * kMostGain * kMostFallOff;
-static_assert(kMostSum + 16000 / 2 <= std::numeric_limits<ColorSum::value_type>::max());
+/// all, what the main view takes away has one of as much, and no colour is brighter than white, however it is exposed. Every view
+/// is rounded by up to half a unit, for which there is room as long as no place is seen by more than 60 000.
+constexpr double kMostSum = double{kBlendedPart} * 255 * double{kSumUnit};
+static_assert(kMostSum + 60000 / 2 <= std::numeric_limits<ColorSum::value_type>::max());
 
 /// Over a triangle whose longest edge is a pixel. Over a square of edge s bilinear interpolation errs by M s^2 / 8 at most if
 /// M is the second derivative, over a triangle with edges of s, which lies in a circle of radius s / sqrt 3, linear
@@ -74,11 +74,9 @@ FaceShare::Corner FaceShare::place(std::uint32_t vertex, const BlendWeights::Sha
     corner.photo = q.value_or(PhotoPoint{});
     corner.is_shown = q.has_value();
   }
-  if (share.factor == 0) return corner;
-  corner.has_share = true;
-  corner.factor = {share.factor, share.factor, share.factor};
-  if (!build_.correction.exposure.empty())
-    corner.factor = gain_at(build_.correction.exposure[number_], pixel_from_camera(camera, c)) * corner.factor;
+  if (c.z > 0) corner.at.gain = build_.correction.gain(ViewId{number_}, pixel_from_camera(camera, c));
+  corner.at.factor = share.factor * corner.at.gain;
+  corner.has_share = share.factor != 0;
   return corner;
 }
 
@@ -146,11 +144,13 @@ std::optional<PhotoPoint> FaceShare::position(const Weights& at) const {
   return photo_from_pixel(view_.camera, {p.x / p.z, p.y / p.z});
 }
 
-Color FaceShare::factor(const Weights& at) const {
-  const auto& [first, second, third] = corners_;
+CellFactor FaceShare::factor(const Weights& at) const {
+  const auto between = [&](Color CellFactor::*part) {
+    const Color &first = corners_[0].at.*part, &second = corners_[1].at.*part, &third = corners_[2].at.*part;
+    return first + static_cast<float>(at.b) * (second - first) + static_cast<float>(at.c) * (third - first);
+  };
   const float share = 1 / static_cast<float>(samples_ * samples_);
-  return share * (first.factor + static_cast<float>(at.b) * (second.factor - first.factor) +
-                  static_cast<float>(at.c) * (third.factor - first.factor));
+  return {share * between(&CellFactor::factor), between(&CellFactor::gain)};
 }
 
 void FaceShare::add_row(double x, double y, std::span<ColorSum> sums) const {
@@ -168,12 +168,13 @@ void FaceShare::add_samples(double x, double y, std::span<ColorSum> sums) const 
   std::size_t i = 0, end = sums.size();
   const auto add_beyond = [&](std::size_t cell) {
     const Weights at = weights(cell).clamped();
-    if (const auto q = position(at)) coarse_.add_row(*q, {}, factor(at), {}, sums.subspan(cell, 1));
+    if (const auto q = position(at)) coarse_.add_row(*q, {}, factor(at), {{}, {}}, sums.subspan(cell, 1));
   };
   for (; i < end && !weights(i).is_inside(); ++i) add_beyond(i);
   for (; i < end && !weights(end - 1).is_inside(); --end) add_beyond(end - 1);
   if (i == end) return;
-  const Color change = factor({kBlendStep * per_x_.b, kBlendStep * per_x_.c}) - factor({});
+  const CellFactor next_cell = factor({kBlendStep * per_x_.b, kBlendStep * per_x_.c}), here = factor({});
+  const CellFactor change{next_cell.factor - here.factor, next_cell.gain - here.gain};
   std::optional<PhotoPoint> q = position(weights(i));
   while (i < end) {
     const std::size_t next = is_affine_ ? end : std::min(end, i + stretch_), last = std::min(next, end - 1);

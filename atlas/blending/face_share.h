@@ -39,7 +39,7 @@ class FaceShare {
     bool has_share = false;
     bool is_placed = false;  ///< the rest is known
     bool is_shown = false;
-    Color factor;      ///< of the coarse colours
+    CellFactor at;     ///< of the coarse colours
     PhotoPoint photo;  ///< if it is shown
     /// (x w, y w, w) of its position (x, y) in the frame, w being its depth by that in the main view, or its depth alone where
     /// places are given: between the corners of a face such triples are linear in the texels.
@@ -60,7 +60,7 @@ class FaceShare {
   /// As add_row() with a sample for each cell, at the same place of all of them.
   void add_samples(double x, double y, std::span<ColorSum> sums) const;
   std::optional<PhotoPoint> position(const Weights& at) const;
-  Color factor(const Weights& at) const;
+  CellFactor factor(const Weights& at) const;
 
   const AtlasBuild& build_;
   const View &view_, &main_;

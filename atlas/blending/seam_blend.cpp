@@ -87,7 +87,8 @@ void SeamBlend::add_to(SeamSamples& seams, std::span<const ViewExposure> exposur
                       Color{static_cast<float>(raw[0]), static_cast<float>(raw[1]), static_cast<float>(raw[2])};
         if (!exposure.empty()) {
           const CameraPoint c = camera_from_world(view.pose, place_of(*input_, edge, i));
-          color = gain_at(exposure[part.view], pixel_from_camera(view.camera, c)) * color;
+          const Color gain = gain_at(exposure[part.view], pixel_from_camera(view.camera, c));
+          color = corrected(gain * color, {}, gain);
         }
         const float t = (static_cast<float>(i) + 0.5f) / static_cast<float>(edge.samples);
         for (std::size_t side = 0; side < 2; ++side) {

@@ -186,7 +186,7 @@ Color gain_at(const ViewExposure& e, const PixelPoint& frame) {
 }
 
 float with_highlights(float exposed, float gain) {
-  constexpr float kWhite = 255, kHighlight = 200, kRoom = kWhite - kHighlight;
+  constexpr float kWhite = 255, kRoom = kWhite - kHighlight;
   if (!(exposed > kHighlight) || !(gain > 1)) return exposed;
   // From a slope of 1 at kHighlight to kWhite for what is white in the photo.
   const float most = kWhite * gain - kHighlight, above = exposed - kHighlight;
@@ -228,13 +228,34 @@ OffsetPlane::OffsetPlane(const TexelTriangle& t, const std::array<Color, 3>& off
   }
 }
 
+namespace {
+
+/// At a position in a face's texels, of what its corners have.
+Color between(const std::array<Color, 3>& at, const TexelTriangle& t, double x, double y) {
+  if (doubled_area(t) == 0) return (1.0f / 3) * (at[0] + at[1] + at[2]);
+  const std::array<double, 3> share = shares_at(t, x, y);
+  return static_cast<float>(share[0]) * at[0] + static_cast<float>(share[1]) * at[1] +
+         static_cast<float>(share[2]) * at[2];
+}
+
+}  // namespace
+
 Color ColorCorrection::face_offset(std::uint32_t face, const TexelTriangle& t, double x, double y) const {
   if (nodes.empty()) return {};
-  const Color &at_a = offsets[nodes[face][0]], &at_b = offsets[nodes[face][1]], &at_c = offsets[nodes[face][2]];
-  if (doubled_area(t) == 0) return (1.0f / 3) * (at_a + at_b + at_c);
-  const std::array<double, 3> share = shares_at(t, x, y);
-  return static_cast<float>(share[0]) * at_a + static_cast<float>(share[1]) * at_b +
-         static_cast<float>(share[2]) * at_c;
+  return between({offsets[nodes[face][0]], offsets[nodes[face][1]], offsets[nodes[face][2]]}, t, x, y);
+}
+
+bool ColorCorrection::limits_strip(std::uint32_t face) const {
+  return !strip_shares.empty() && std::ranges::any_of(nodes[face], [&](std::uint32_t node) {
+    const Color& share = strip_shares[node];
+    return share.r < 1 || share.g < 1 || share.b < 1;
+  });
+}
+
+Color ColorCorrection::taken(const Color& strip, std::uint32_t face, const TexelTriangle& t, double x, double y) const {
+  if (!limits_strip(face)) return strip;
+  return between({strip_shares[nodes[face][0]], strip_shares[nodes[face][1]], strip_shares[nodes[face][2]]}, t, x, y) *
+         strip;
 }
 
 namespace {
@@ -263,7 +284,9 @@ bool is_sound(const ColorCorrection& correction, const AtlasInput& input, const 
     if (c >= set.charts.size() || !is_sound(correction.strips[c], set.charts[c])) return false;
   const auto fits = [](const auto& list, std::size_t size) { return list.empty() || list.size() == size; };
   return fits(correction.exposure, input.scene.views.size()) && fits(correction.nodes, input.mesh.faces.size()) &&
-         fits(correction.strips, set.charts.size()) && std::ranges::all_of(correction.offsets, is_finite) &&
+         fits(correction.strips, set.charts.size()) && fits(correction.strip_shares, correction.offsets.size()) &&
+         std::ranges::all_of(correction.strip_shares, is_finite) &&
+         std::ranges::all_of(correction.offsets, is_finite) &&
          std::ranges::all_of(correction.exposure, [](const ViewExposure& each) { return is_sound(each); }) &&
          std::ranges::all_of(correction.nodes,
                              [&](const auto& of_face) { return std::ranges::all_of(of_face, is_node); });

@@ -87,7 +87,8 @@ Color gain_at(const ViewExposure& exposure, const PixelPoint& frame);
 ///   within kMostGain.
 /// - Highlights, see with_highlights().
 Color corrected(const Color& exposed, const Color& added, const Color& gain);
-/// Channel values above 200 are compressed if the gain is above 1, so that only what is 255 in the photo becomes 255.
+/// Channel values above kHighlight are compressed if the gain is above 1, so that only what is 255 in the photo becomes 255.
+inline constexpr float kHighlight = 200;
 float with_highlights(float exposed, float gain);
 
 /// gain_at in the neighbourhood of a position, without an exponential for each place. Where the fall-off changes the
@@ -137,7 +138,8 @@ struct ColorCorrection {
   std::vector<ViewExposure> exposure;               ///< per view; empty: colours keep their exposure
   std::vector<std::array<std::uint32_t, 3>> nodes;  ///< per face and corner, into offsets; empty: no offsets
   std::vector<Color> offsets;
-  std::vector<ChartStrip> strips;  ///< per chart; empty: no strips
+  std::vector<ChartStrip> strips;   ///< per chart; empty: no strips
+  std::vector<Color> strip_shares;  ///< per node, of the strip's offset that is added there, 0 to 1; empty: all of it
 
   Color gain(ViewId view, const PixelPoint& frame) const {
     return exposure.empty() ? Color{1, 1, 1} : gain_at(exposure[index(view)], frame);
@@ -147,11 +149,23 @@ struct ColorCorrection {
   OffsetPlane offset_plane(std::uint32_t face, const TexelTriangle& corners) const {
     return {corners, {offsets[nodes[face][0]], offsets[nodes[face][1]], offsets[nodes[face][2]]}};
   }
+  /// True if less than all of a strip's offsets is added to a part of the face.
+  bool limits_strip(std::uint32_t face) const;
+  /// As offset_plane(), of the share of a strip's offsets. \pre limits_strip(face)
+  OffsetPlane strip_plane(std::uint32_t face, const TexelTriangle& corners) const {
+    return {corners, {strip_shares[nodes[face][0]], strip_shares[nodes[face][1]], strip_shares[nodes[face][2]]}};
+  }
+  /// What a face takes of an offset of its chart's strip.
+  Color taken(const Color& strip, std::uint32_t face, const TexelTriangle& corners, double x, double y) const;
+  /// What is added to the exposed colours of a face.
+  Color added(std::uint32_t face, const TexelTriangle& corners, double x, double y, const Color& strip) const {
+    return face_offset(face, corners, x, y) + taken(strip, face, corners, x, y);
+  }
   const ChartStrip* strip(std::uint32_t chart) const {
     return strips.empty() || strips[chart].empty() ? nullptr : &strips[chart];
   }
 };
-GPVC_MEMBERS(ColorCorrection, exposure, nodes, offsets, strips)
+GPVC_MEMBERS(ColorCorrection, exposure, nodes, offsets, strips, strip_shares)
 /// True if leveling may have found it for these charts: numbers that are numbers, of views, faces, nodes and cells that are there.
 bool is_sound(const ColorCorrection& correction, const AtlasInput& input, const ChartSet& set);
 

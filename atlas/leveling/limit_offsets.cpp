@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "atlas/blending/coarse_photo.h"
@@ -69,15 +70,10 @@ std::vector<StoredColor> sample_colors(const AtlasInput& input, const BlendWeigh
   return colors;
 }
 
-/// Within what an offset keeps a channel in the range of the photos.
-struct Limits {
-  Color least, most;
-};
-
-/// nullopt where `main` is not among the views at the vertex.
-std::optional<Limits> limits_at(const BlendWeights& blending, std::uint32_t vertex, std::uint32_t main,
-                                std::span<const StoredColor> colors) {
-  constexpr float kFar = std::numeric_limits<float>::max();
+/// Infinite ones where `main` is not among several views at the vertex.
+AddedRange range_at(const BlendWeights& blending, std::uint32_t vertex, std::uint32_t main,
+                    std::span<const StoredColor> colors) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
   Color least{kFar, kFar, kFar}, most{-kFar, -kFar, -kFar}, without_offset;
   bool has_main = false;
   std::size_t i = 0;
@@ -92,19 +88,38 @@ std::optional<Limits> limits_at(const BlendWeights& blending, std::uint32_t vert
     without_offset = without_offset + color;
     has_main = true;
   }
-  if (!has_main) return std::nullopt;
+  if (!has_main) return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   const Color room{kOffsetTolerance, kOffsetTolerance, kOffsetTolerance};
-  return Limits{least - without_offset - room, most - without_offset + room};
+  return {least - without_offset - room, most - without_offset + room};
+}
+
+/// A corner of a face.
+struct Corner {
+  std::uint32_t face = 0, corner = 0;
+};
+
+/// The share of what a strip adds at a node that the range leaves beside the node's offset.
+Color share_of(const AddedRange& range, const Color& offset, const Color& strip) {
+  Color share{1, 1, 1};
+  for (const auto channel : kChannels) {
+    const float added = strip.*channel;
+    const float room = added > 0 ? range.most.*channel - offset.*channel : offset.*channel - range.least.*channel;
+    if (room < std::abs(added)) share.*channel = std::max(0.0f, room) / std::abs(added);
+  }
+  return share;
 }
 
 }  // namespace
 
-void limit_offsets(const AtlasInput& input, const BlendWeights& blending, ColorCorrection& correction) {
-  if (blending.empty() || correction.offsets.empty()) return;
+std::vector<AddedRange> find_added_ranges(const AtlasInput& input, const BlendWeights& blending,
+                                          const ColorCorrection& correction) {
+  if (blending.empty() || correction.offsets.empty()) return {};
   std::vector<std::size_t> first(1, 0);
   for (std::uint32_t vertex = 0; vertex < blending.vertices(); ++vertex)
     first.push_back(first.back() + blending.at(vertex).size());
   const std::vector<StoredColor> colors = sample_colors(input, blending, correction, first);
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  std::vector<AddedRange> ranges(correction.offsets.size(), {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}});
   std::vector<char> done(correction.offsets.size(), 0);
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
     if (!has_view(input, face) || is_finished(input, face)) continue;
@@ -113,19 +128,48 @@ void limit_offsets(const AtlasInput& input, const BlendWeights& blending, ColorC
       const std::uint32_t node = correction.nodes[face][k], vertex = input.mesh.faces[face][k];
       if (done[node] != 0) continue;
       done[node] = 1;
-      Color& offset = correction.offsets[node];
-      if (offset.r == 0 && offset.g == 0 && offset.b == 0) continue;
-      const auto limits =
-          limits_at(blending, vertex, main, std::span(colors).subspan(first[vertex], blending.at(vertex).size()));
-      if (!limits) continue;
-      // An offset is made smaller, never larger or of the other sign: what blending does beyond the range is its own.
-      for (const auto channel : kChannels) {
-        float& value = offset.*channel;
-        value = value > 0 ? std::min(value, std::max(0.0f, limits->most.*channel))
-                          : std::max(value, std::min(0.0f, limits->least.*channel));
-      }
+      ranges[node] =
+          range_at(blending, vertex, main, std::span(colors).subspan(first[vertex], blending.at(vertex).size()));
     }
   }
+  return ranges;
+}
+
+void limit_offsets(std::span<const AddedRange> ranges, ColorCorrection& correction) {
+  for (std::size_t node = 0; node < ranges.size(); ++node) {
+    for (const auto channel : kChannels) {
+      float& value = correction.offsets[node].*channel;
+      value = value > 0 ? std::min(value, std::max(0.0f, ranges[node].most.*channel))
+                        : std::max(value, std::min(0.0f, ranges[node].least.*channel));
+    }
+  }
+}
+
+void limit_strips(std::span<const AddedRange> ranges, const AtlasInput& input, const ChartSet& set,
+                  ColorCorrection& correction) {
+  if (ranges.empty()) return;
+  const Grouped<Corner> corners = group_items<Corner>(ranges.size(), [&](const auto& emit) {
+    for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
+      if (!has_view(input, face) || is_finished(input, face) || !correction.strip(set.face_chart[face])) continue;
+      for (std::uint32_t k = 0; k < 3; ++k) emit(correction.nodes[face][k], Corner{face, k});
+    }
+  });
+  correction.strip_shares.assign(ranges.size(), {1, 1, 1});
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, ranges.size(), 256), [&](const auto& some) {
+    for (std::size_t node = some.begin(); node < some.end(); ++node) {
+      std::uint32_t chart = std::numeric_limits<std::uint32_t>::max();
+      for (const auto& [face, corner] : corners[node]) {
+        // A node's corners have one place on a chart, and are mostly on one.
+        if (set.face_chart[face] == chart) continue;
+        chart = set.face_chart[face];
+        const TexelPoint& p = set.corners[face][corner];
+        const Color share =
+            share_of(ranges[node], correction.offsets[node], strip_offset(correction.strip(chart), p.x, p.y));
+        Color& least = correction.strip_shares[node];
+        for (const auto channel : kChannels) least.*channel = std::min(least.*channel, share.*channel);
+      }
+    }
+  });
 }
 
 }  // namespace gpvc::atlas

@@ -73,15 +73,18 @@ class Leveler {
     misfit_exposed_ = mean_misfit(seams_);
     blend_.add_to(seams_, correction_.exposure);
     fit_offsets(input_, seams_, correction_);
-    limit_offsets(input_, blending_, correction_);
+    const std::vector<AddedRange> ranges = find_added_ranges(input_, blending_, correction_);
+    limit_offsets(ranges, correction_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
       return color + correction_.face_offset(face, set_.corners[face], p.x, p.y);
     });
     if (mode == SeamLeveling::full) {
       lay_strips();
+      limit_strips(ranges, input_, set_, correction_);
       keep_for_measuring();
       correct([&](const Color& color, std::uint32_t face, const PixelPoint&, const TexelPoint& p) {
-        return color + strip_offset(correction_.strip(set_.face_chart[face]), p.x, p.y);
+        const Color strip = strip_offset(correction_.strip(set_.face_chart[face]), p.x, p.y);
+        return color + correction_.taken(strip, face, set_.corners[face], p.x, p.y);
       });
     }
     return std::move(correction_);
