@@ -2,25 +2,15 @@
 
 #include <algorithm>
 
+#include "atlas/baking/pixel_floats.h"
 #include "io/bilinear.h"
 
 namespace gpvc::atlas {
 
 namespace {
 
-// Split by the compiler to what the processor has.
-using FourFloats = float __attribute__((vector_size(16)));
-using FourInts = std::int32_t __attribute__((vector_size(16)));
-
-/// The channels of a pixel where they are in its word: times 1, 2^8 and 2^16, which rounds no float.
-FourFloats in_place(std::uint32_t pixel) {
-  const auto word = static_cast<std::int32_t>(pixel);
-  return __builtin_convertvector((FourInts{word, word, word, word} & FourInts{0xFF, 0xFF00, 0xFF0000, 0}), FourFloats);
-}
-
 FourFloats for_channels_in_place(const Color& factor) {
-  constexpr float kByte = 1.0f / 256;
-  return FourFloats{factor.r, factor.g * kByte, factor.b * (kByte * kByte), 0} * kSumUnit;
+  return FourFloats{factor.r, factor.g, factor.b, 0} * kOutOfPlace * kSumUnit;
 }
 
 /// Positions as whole numbers of 2^-kFractionBits of a pixel.
