@@ -87,6 +87,7 @@ void bake_given_band(AtlasBuild& build, const ViewPhoto& photo, std::uint32_t nu
   const ChartRaster raster = rasterize(faces, build.set.corners, box);
   Page& page = build.page_of(number);
   WholeSources sources(build, photo);
+  TexelSampler sampler(build, photo);
   StripOffsets strip(build.correction.strip(number), box);
   std::vector<Color> layers(build.painting.layers()), samples(layers.size() - 1);
   // Blocks of the strip's offsets, row by row.
@@ -101,7 +102,9 @@ void bake_given_band(AtlasBuild& build, const ViewPhoto& photo, std::uint32_t nu
           if (!texel) continue;
           const std::uint32_t face = raster.owner[i];
           const TexelSource* source = sources.of(face);
-          const auto exposed = source ? sample_texel(build, photo, *source, x, y, samples) : std::nullopt;
+          if (!source) continue;
+          sampler.begin(*source, y);
+          const auto exposed = sampler.sample(x, samples);
           if (!exposed) continue;
           const Color added = build.correction.added(face, build.set.corners[face], x + 0.5, y + 0.5, strip.at(x, y));
           layers[0] = corrected(exposed->color, added, exposed->gain);

@@ -1,6 +1,5 @@
 #include "atlas/baking/pages.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -114,22 +113,22 @@ std::vector<Page> given_pages(const Packing& packing, const BandSet* bands) {
 
 namespace {
 
-/// Grows the padding layer by layer. The texels of a layer turn from empty to padding only when all of them have been
-/// computed, so none reads another and their order does not matter.
+/// Grows the padding layer by layer. The texels of a layer turn to padding only when all of them have been computed, so none reads
+/// another and their order does not matter.
 class Padder {
  public:
   explicit Padder(Page& page) : page_(page), width_(page.image.width), height_(page.image.height) {}
 
   std::size_t pad(int padding) {
     std::vector<Texel> layer = first_layer();
+    for (const Texel& t : layer)
+      if (TexelState& state = page_.state[page_.at(t.x, t.y)]; state == TexelState::empty) state = TexelState::next;
     std::size_t padded = 0;
     for (int round = 0; !layer.empty(); ++round) {
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, layer.size(), kPart), [&](const auto& range) {
-        for (std::size_t k = range.begin(); k < range.end(); ++k) take_mean(layer[k]);
-      });
+      std::vector<Texel> next = compute(layer, round + 1 < padding);
       for (const Texel& t : layer) page_.state[page_.at(t.x, t.y)] = TexelState::padding;
       if (round < padding) padded += layer.size();
-      layer = next_layer(layer, round + 1 < padding);
+      layer = std::move(next);
     }
     return padded;
   }
@@ -151,14 +150,18 @@ class Padder {
   template <typename Visit>
   void for_neighbours(const Texel& t, const Visit& visit) const {
     const std::uint32_t own = page_.owner(t.x, t.y);
-    const auto inside = [last = page_.block - 1](int at) { return (at & last) > 0 && (at & last) < last; };
-    const bool in_block = inside(t.x) && inside(t.y);
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx) {
         const Texel n{t.x + dx, t.y + dy};
-        if ((dx || dy) && (in_block || (n.x >= 0 && n.x < width_ && n.y >= 0 && n.y < height_)))
-          visit(Neighbour{n, page_.at(n.x, n.y), in_block ? own : page_.owner(n.x, n.y), dx && dy}, own);
+        if ((dx || dy) && n.x >= 0 && n.x < width_ && n.y >= 0 && n.y < height_)
+          visit(Neighbour{n, page_.at(n.x, n.y), page_.owner(n.x, n.y), dx && dy}, own);
       }
+  }
+
+  /// True for most texels: the neighbours lie in the same block, and so on the page.
+  bool is_inside_block(const Texel& t) const {
+    const auto inside = [last = page_.block - 1](int at) { return (at & last) > 0 && (at & last) < last; };
+    return inside(t.x) && inside(t.y);
   }
 
   /// Colours of a chart do not enter blocks that another chart owns.
@@ -216,14 +219,29 @@ class Padder {
     return (around & kChart) == 0;
   }
 
-  std::vector<Texel> next_layer(const std::vector<Texel>& layer, bool into_free_blocks) {
+  /// Computes the colours of a layer, and lists the next one.
+  std::vector<Texel> compute(const std::vector<Texel>& layer, bool into_free_blocks) {
     return collect((layer.size() + kPart - 1) / kPart, [&](std::size_t part, std::vector<Texel>& list) {
       const std::size_t end = std::min(layer.size(), (part + 1) * kPart);
-      for (std::size_t k = part * kPart; k < end; ++k)
-        for_neighbours(layer[k], [&](const Neighbour& n, std::uint32_t own) {
-          if (!may_pass(own, n.owner) || (!into_free_blocks && n.owner == kNoOwner)) return;
-          if (enqueue(n.at)) list.push_back(n.texel);
-        });
+      for (std::size_t k = part * kPart; k < end; ++k) {
+        take_mean(layer[k]);
+        add_next(layer[k], into_free_blocks, list);
+      }
+    });
+  }
+
+  /// Lists the empty texels around one of a layer, each once.
+  void add_next(const Texel& t, bool into_free_blocks, std::vector<Texel>& list) {
+    if (is_inside_block(t)) {
+      if (!into_free_blocks && page_.owner(t.x, t.y) == kNoOwner) return;
+      for (int y = t.y - 1; y <= t.y + 1; ++y)
+        for (int x = t.x - 1; x <= t.x + 1; ++x)
+          if (enqueue(page_.at(x, y))) list.push_back({x, y});
+      return;
+    }
+    for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {
+      if (!may_pass(own, n.owner) || (!into_free_blocks && n.owner == kNoOwner)) return;
+      if (enqueue(n.at)) list.push_back(n.texel);
     });
   }
 
@@ -234,20 +252,47 @@ class Padder {
     return was == TexelState::empty && state.compare_exchange_strong(was, TexelState::next, std::memory_order_relaxed);
   }
 
+  /// Those that are neither empty nor of the layers to come. While a layer is computed others turn from one to the other.
+  bool has_color(std::size_t at) {
+    const TexelState state = std::atomic_ref(page_.state[at]).load(std::memory_order_relaxed);
+    return state != TexelState::empty && state != TexelState::next;
+  }
+
+  /// The sum of colours around a texel, those across an edge twice, as three numbers of 16 bits, and the sum of the weights in a
+  /// fourth.
+  struct Sum {
+    std::uint64_t channels = 0;
+    void add(const std::uint8_t* rgb, unsigned weight) {
+      channels +=
+          weight * (rgb[0] | std::uint64_t{rgb[1]} << 16 | std::uint64_t{rgb[2]} << 32 | std::uint64_t{1} << 48);
+    }
+    unsigned operator[](std::size_t channel) const {
+      return static_cast<unsigned>(channels >> (16 * channel)) & 0xFFFFu;
+    }
+    unsigned weight() const { return (*this)[3]; }
+  };
+
   void take_mean(const Texel& t) {
     const std::size_t at = page_.at(t.x, t.y);
     if (page_.state[at] == TexelState::ring) return;
-    std::array<unsigned, 3> sum{};
-    unsigned weight = 0;
-    for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {
-      const TexelState state = page_.state[n.at];
-      if (state == TexelState::empty || state == TexelState::next || !may_pass(n.owner, own)) return;
-      const unsigned w = n.diagonal ? 1 : 2;
-      weight += w;
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += w * page_.image.pixels[3 * n.at + c];
-    });
+    Sum sum;
+    std::uint8_t* const pixels = page_.image.pixels.data();
+    if (is_inside_block(t)) {
+      const auto width = static_cast<std::size_t>(width_);
+      for (const std::size_t row : {at - width, at, at + width}) {
+        const unsigned across = row == at ? 2 : 1;
+        sum.add(pixels + 3 * (row - 1), has_color(row - 1) ? across : 0);
+        if (row != at) sum.add(pixels + 3 * row, has_color(row) ? 2 : 0);
+        sum.add(pixels + 3 * (row + 1), has_color(row + 1) ? across : 0);
+      }
+    } else {
+      for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {
+        if (has_color(n.at) && may_pass(n.owner, own)) sum.add(pixels + 3 * n.at, n.diagonal ? 1 : 2);
+      });
+    }
+    const unsigned weight = sum.weight();
     for (std::size_t c = 0; c < 3; ++c)
-      page_.image.pixels[3 * at + c] = static_cast<std::uint8_t>((2 * sum[c] + weight) / (2 * weight));
+      pixels[3 * at + c] = static_cast<std::uint8_t>((2 * sum[c] + weight) / (2 * weight));
     for (std::size_t layer = 1; layer < page_.layers(); ++layer) take_mean(t, layer);
   }
 
@@ -255,9 +300,7 @@ class Padder {
     const PageLayer layer = page_.layer(number);
     ColorMean mean;
     for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {
-      const TexelState state = page_.state[n.at];
-      if (state == TexelState::empty || state == TexelState::next || !may_pass(n.owner, own)) return;
-      mean.add(layer.at(n.at), n.diagonal ? 1 : 2);
+      if (has_color(n.at) && may_pass(n.owner, own)) mean.add(layer.at(n.at), n.diagonal ? 1 : 2);
     });
     layer.put(page_.at(t.x, t.y), mean.mean().value_or(Color{}));
   }

@@ -21,12 +21,14 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
   std::vector<Color> layers(page.layers());
   std::vector<Color> samples(page.layers() - 1);
   part.open_sums(samples.size());
+  TexelSampler sampler(build, photo);
   for (const TexelShares& shares : part.shares_of(photo.id)) {
     const TexelSource& source = part.sources[shares.source];
     const int y = box.y0 + static_cast<int>(shares.texel / width);
+    sampler.begin(source, y);
     for (std::uint32_t number = shares.texel; number < shares.texel + shares.count; ++number) {
       const int x = box.x0 + static_cast<int>(number % width);
-      const auto exposed = sample_texel(build, photo, source, x, y, samples);
+      const auto exposed = sampler.sample(x, samples);
       if (!exposed) {
         part.known[number] = false;
         part.is_open = true;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <unordered_map>
 #include <utility>
 
 #include "atlas/leveling/finished_texture.h"
@@ -16,63 +17,102 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// A level of the pyramid that smooth_fill builds.
-struct Level {
-  int width = 0, height = 0;
-  std::vector<Color> color;
-  std::vector<float> weight;
-  std::size_t at(int x, int y) const {
-    return pixel_index(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1), width);
+/// Push-pull (Gortler et al. 1996): fills unknown texels of a row-major raster from the known ones, with detail close to them and
+/// smoothly far away. The levels of a pyramid hold means over 2 x 2 cells of the level below, where any of them is known, and
+/// what is unknown lies between cells of the level above. Only what the wanted texels come to is computed.
+class SmoothFill {
+ public:
+  /// \param known per texel \pre some are known
+  SmoothFill(std::vector<std::uint8_t> known, std::vector<std::uint8_t> wanted, int width, int height) {
+    levels_.push_back({width, height, std::move(known), std::move(wanted), {}});
+    while (levels_.back().has_open()) levels_.push_back(above(levels_.back()));
   }
-};
 
-/// Means over 2 x 2 cells. A cell's weight is at most 1, which a single known texel reaches.
-Level push(const Level& fine) {
-  Level coarse{(fine.width + 1) / 2, (fine.height + 1) / 2, {}, {}};
-  coarse.color.resize(pixel_index(0, coarse.height, coarse.width));
-  coarse.weight.resize(coarse.color.size());
-  for (int y = 0; y < coarse.height; ++y) {
-    for (int x = 0; x < coarse.width; ++x) {
-      ColorMean mean;
-      for (int fy = 2 * y; fy < std::min(fine.height, 2 * y + 2); ++fy) {
-        for (int fx = 2 * x; fx < std::min(fine.width, 2 * x + 2); ++fx) {
-          const std::size_t i = fine.at(fx, fy);
-          mean.add(fine.color[i], fine.weight[i]);
-        }
-      }
-      coarse.color[coarse.at(x, y)] = mean.mean().value_or(Color{});
-      coarse.weight[coarse.at(x, y)] = std::min(1.0f, mean.weight);
+  /// Calls put(texel, colour) for those that are wanted and unknown; color(texel) gives that of a known one. O(texels).
+  template <typename KnownColor, typename Put>
+  void fill(const KnownColor& color, const Put& put) {
+    for (std::size_t k = levels_.size(); k-- > 1;) {
+      levels_[k].color.resize(levels_[k].known.size());
+      for_cells(levels_[k], [&](std::size_t i, int x, int y) {
+        levels_[k].color[i] = levels_[k].known[i] != 0 ? mean(k, x, y, color) : interpolate(levels_[k + 1], x, y);
+      });
     }
+    for_cells(levels_[0], [&](std::size_t i, int x, int y) {
+      if (levels_[0].known[i] == 0) put(i, interpolate(levels_[1], x, y));
+    });
   }
-  return coarse;
-}
 
-/// Bilinear between the centres of the coarse level's cells.
-Color interpolate(const Level& coarse, int x, int y) {
-  const int nx = x / 2 + (x % 2 ? 1 : -1), ny = y / 2 + (y % 2 ? 1 : -1);
-  const auto at = [&](int i, int j) { return coarse.color[coarse.at(i, j)]; };
-  return 0.5625f * at(x / 2, y / 2) + 0.1875f * (at(nx, y / 2) + at(x / 2, ny)) + 0.0625f * at(nx, ny);
-}
+ private:
+  struct Level {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> known, wanted;  ///< per cell
+    std::vector<Color> color;                 ///< of the wanted ones; none on the lowest level
+    std::size_t at(int x, int y) const {
+      return pixel_index(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1), width);
+    }
+    bool has_open() const {
+      for (std::size_t i = 0; i < known.size(); ++i)
+        if (wanted[i] != 0 && known[i] == 0) return true;
+      return false;
+    }
+  };
 
-/// Push-pull (Gortler et al. 1996): fills the unknown texels of a row-major raster from the known ones, with detail
-/// close to them and smoothly far away. O(texels). \pre some are known
-void smooth_fill(std::vector<Color>& color, const std::vector<std::uint8_t>& known, int width, int height) {
-  if (std::find(known.begin(), known.end(), 0) == known.end()) return;
-  std::vector<Level> levels(1);
-  levels[0] = {width, height, std::move(color), std::vector<float>(known.begin(), known.end())};
-  while (levels.back().width > 1 || levels.back().height > 1) levels.push_back(push(levels.back()));
-  for (std::size_t k = levels.size() - 1; k-- > 0;) {
-    Level& fine = levels[k];
+  /// Calls visit(cell, x, y) for the wanted cells.
+  template <typename Visit>
+  static void for_cells(const Level& level, const Visit& visit) {
+    std::size_t i = 0;
+    for (int y = 0; y < level.height; ++y)
+      for (int x = 0; x < level.width; ++x, ++i)
+        if (level.wanted[i] != 0) visit(i, x, y);
+  }
+
+  /// The cell over (x, y), and those beside it that are nearest to its middle.
+  struct Between {
+    int x, y, next_x, next_y;
+    Between(int fine_x, int fine_y)
+        : x(fine_x / 2), y(fine_y / 2), next_x(x + (fine_x % 2 ? 1 : -1)), next_y(y + (fine_y % 2 ? 1 : -1)) {}
+  };
+
+  static Level above(const Level& fine) {
+    Level coarse{(fine.width + 1) / 2, (fine.height + 1) / 2, {}, {}, {}};
+    coarse.known.assign(pixel_index(0, coarse.height, coarse.width), 0);
+    coarse.wanted.assign(coarse.known.size(), 0);
+    std::size_t i = 0;
     for (int y = 0; y < fine.height; ++y) {
-      for (int x = 0; x < fine.width; ++x) {
-        const std::size_t i = fine.at(x, y);
-        const float w = fine.weight[i];
-        if (w < 1) fine.color[i] = w * fine.color[i] + (1 - w) * interpolate(levels[k + 1], x, y);
-      }
+      const std::size_t row = coarse.at(0, y / 2);
+      for (int x = 0; x < fine.width; ++x, ++i) coarse.known[row + static_cast<std::size_t>(x / 2)] |= fine.known[i];
     }
+    for_cells(fine, [&](std::size_t cell, int x, int y) {
+      if (fine.known[cell] != 0) return;
+      const Between b(x, y);
+      for (const int j : {b.y, b.next_y})
+        for (const int k : {b.x, b.next_x}) coarse.wanted[coarse.at(k, j)] = 1;
+    });
+    return coarse;
   }
-  color = std::move(levels[0].color);
-}
+
+  /// Of a known cell of a level.
+  template <typename KnownColor>
+  Color mean(std::size_t level, int x, int y, const KnownColor& color) const {
+    if (level == 0) return color(levels_[0].at(x, y));
+    const Level& fine = levels_[level - 1];
+    ColorMean mean_of;
+    for (int fy = 2 * y; fy < std::min(fine.height, 2 * y + 2); ++fy)
+      for (int fx = 2 * x; fx < std::min(fine.width, 2 * x + 2); ++fx)
+        if (fine.known[fine.at(fx, fy)] != 0) mean_of.add(mean(level - 1, fx, fy, color));
+    return mean_of.mean().value_or(Color{});
+  }
+
+  /// Bilinear between the centres of the coarse level's cells.
+  static Color interpolate(const Level& coarse, int x, int y) {
+    const Between b(x, y);
+    const auto at = [&](int i, int j) { return coarse.color[coarse.at(i, j)]; };
+    return 0.5625f * at(b.x, b.y) + 0.1875f * (at(b.next_x, b.y) + at(b.x, b.next_y)) +
+           0.0625f * at(b.next_x, b.next_y);
+  }
+
+  std::vector<Level> levels_;
+};
 
 /// An edge that faces of two charts share, in the texels of each.
 struct SharedEdge {
@@ -137,22 +177,6 @@ void for_finished_places(const AtlasBuild& build, std::uint32_t chart, std::size
 std::size_t texel_at(const Page& page, const TexelPoint& p) {
   return page.at(std::clamp(static_cast<int>(p.x), 0, page.image.width - 1),
                  std::clamp(static_cast<int>(p.y), 0, page.image.height - 1));
-}
-
-/// Writes the texels of a raster that are on the page.
-void write(const ChartRaster& raster, std::size_t layer, std::span<const Color> color, std::uint32_t chart,
-           AtlasBuild& build) {
-  Page& page = build.page_of(chart);
-  for (int y = raster.box.y0; y < raster.box.y1; ++y) {
-    for (int x = raster.box.x0; x < raster.box.x1; ++x) {
-      const std::size_t i = raster.at(x, y);
-      if (!is_baked(raster.reach[i], build.options.padding)) continue;
-      const auto texel = build.own_texel(chart, x, y);
-      if (!texel) continue;
-      page.put(layer, texel->x, texel->y, color[i]);
-      page.state[page.at(texel->x, texel->y)] = state_of(raster.reach[i]);
-    }
-  }
 }
 
 }  // namespace
@@ -299,28 +323,44 @@ void PartialFiller::fill_chart(const OpenChart& open) {
 }
 
 void PartialFiller::fill_chart(const OpenChart& open, const ChartRaster& raster, std::size_t layer) {
-  std::vector<Color> color(raster.owner.size(),
-                           use_mean_ || build_.input.layout != nullptr ? mean_.mean(layer) : Color{});
-  if (!use_mean_) {
-    std::vector<std::uint8_t> known(open.known.begin(), open.known.end());
-    const Page& page = build_.page_of(open.chart);
-    for (int y = raster.box.y0; y < raster.box.y1; ++y)
-      for (int x = raster.box.x0; x < raster.box.x1; ++x)
-        if (const std::size_t i = raster.at(x, y); known[i] != 0) {
-          const auto texel = build_.own_texel(open.chart, x, y);
-          known[i] = texel.has_value();
-          if (texel) color[i] = page.color(layer, texel->x, texel->y);
-        }
-    for (const Seed& seed : border_seeds(open, layer)) {
-      if (known[seed.texel] != 0) continue;  // the first seed of a texel counts
-      color[seed.texel] = seed.color;
-      known[seed.texel] = 1;
-    }
-    // Of a given layout a chart may have no colour of its own, where others lie over what photos show.
-    const bool any = std::ranges::find(known, 1) != known.end();
-    if (any) smooth_fill(color, known, raster.width(), raster.height());
+  Page& page = build_.page_of(open.chart);
+  const auto on_page = [&](std::size_t i) {
+    const auto width = static_cast<std::size_t>(raster.width());
+    return build_.own_texel(open.chart, raster.box.x0 + static_cast<int>(i % width),
+                            raster.box.y0 + static_cast<int>(i / width));
+  };
+  const auto put = [&](std::size_t i, const Color& color) {
+    const auto texel = on_page(i);
+    if (!texel) return;
+    page.put(layer, texel->x, texel->y, color);
+    page.state[page.at(texel->x, texel->y)] = state_of(raster.reach[i]);
+  };
+  std::vector<std::uint8_t> wanted(raster.owner.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    wanted[i] = !open.known[i] && is_baked(raster.reach[i], build_.options.padding);
+  const auto put_mean = [&] {
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+      if (wanted[i] != 0) put(i, mean_.mean(layer));
+  };
+  if (use_mean_) return put_mean();
+  std::vector<std::uint8_t> known(open.known.begin(), open.known.end());
+  for (std::size_t i = 0; i < known.size(); ++i)
+    if (known[i] != 0) known[i] = on_page(i).has_value();
+  std::unordered_map<std::size_t, Color> seeds;
+  for (const Seed& seed : border_seeds(open, layer))
+    seeds.emplace(seed.texel, seed.color);  // the first of a texel counts
+  for (const auto& [texel, color] : seeds) {
+    known[texel] = 1;
+    if (wanted[texel] != 0) put(texel, color);
   }
-  write(raster, layer, color, open.chart, build_);
+  // Of a given layout a chart may have no colour of its own, where others lie over what photos show.
+  if (std::ranges::find(known, 1) == known.end()) return put_mean();
+  const auto color_of = [&](std::size_t i) {
+    if (!open.known[i]) return seeds.at(i);
+    const auto texel = on_page(i);
+    return page.color(layer, texel->x, texel->y);
+  };
+  SmoothFill(std::move(known), std::move(wanted), raster.width(), raster.height()).fill(color_of, put);
 }
 
 }  // namespace gpvc::atlas

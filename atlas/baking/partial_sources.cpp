@@ -10,7 +10,6 @@
 
 #include "atlas/baking/pages.h"
 #include "atlas/leveling/color_correction.h"
-#include "io/freed_memory.h"
 
 namespace gpvc::atlas {
 
@@ -27,43 +26,65 @@ std::optional<TexelTriangle> outline_in(const visibility::FaceCoverage& entry, c
   return projected;
 }
 
-/// Pixels of the coverage's box.
-std::size_t box_pixels(const visibility::FaceCoverage& entry) { return pixel_index(0, entry.height, entry.width); }
+/// Words of bits for a row of the coverage's box.
+std::size_t row_words(const visibility::FaceCoverage& entry) {
+  return (static_cast<std::size_t>(entry.width) + 63) / 64;
+}
+
+/// Sets bits from `first` to `last` of a row whose first word is `row`, where the coverage does not have the pixel.
+void set_hidden(const visibility::CoverageTable& table, const visibility::FaceCoverage& entry, int y, int first,
+                int last, std::span<std::uint64_t> row) {
+  const std::size_t line = pixel_index(0, y, entry.width);
+  for (int begin = first / 64 * 64; begin <= last; begin += 64) {
+    const std::size_t bit = line + static_cast<std::size_t>(begin), shift = bit % 64;
+    const std::uint64_t* word = table.words.data() + entry.first_word + bit / 64;
+    const int low = std::max(first - begin, 0), high = std::min(last - begin, 63);
+    std::uint64_t seen = word[0] >> shift;
+    if (shift > 0 && 64 - static_cast<int>(shift) <= high) seen |= word[1] << (64 - shift);
+    const std::uint64_t asked = (~std::uint64_t{0} << low) & (~std::uint64_t{0} >> (63 - high));
+    row[static_cast<std::size_t>(begin) / 64] |= ~seen & asked;
+  }
+}
+
+/// Adds to a picture of bits, rows of so many words, those beside its own, in rows and columns.
+void grow(std::vector<std::uint64_t>& bits, std::size_t words) {
+  for (std::size_t first = 0; first < bits.size(); first += words) {
+    std::uint64_t left = 0;  // as it was
+    for (std::size_t i = first; i < first + words; ++i) {
+      const std::uint64_t own = bits[i], right = i + 1 < first + words ? bits[i + 1] : 0;
+      bits[i] |= own << 1 | left >> 63 | own >> 1 | right << 63;
+      left = own;
+    }
+  }
+  std::vector<std::uint64_t> above(words, 0);  // as they were
+  for (std::size_t first = 0; first < bits.size(); first += words)
+    for (std::size_t w = 0; w < words; ++w) {
+      const std::size_t i = first + w;
+      const std::uint64_t own = bits[i], below = i + words < bits.size() ? bits[i + words] : 0;
+      bits[i] |= above[w] | below;
+      above[w] = own;
+    }
+}
 
 /// Clearance over the coverage's box: pixels within margin_px (chessboard distance) of one where the face is hidden are
 /// near an occluder, their neighbours beside it. Empty where none is.
-std::vector<Sight> find_clearance(const visibility::CoverageTable& table, const visibility::FaceCoverage& entry,
-                                  const std::optional<TexelTriangle>& outline, int margin_px) {
-  if (margin_px <= 0 || !outline) return {};
-  const auto for_pixels = [&](const auto& visit) {
-    triangle_spans(*outline, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
-      for (int x = first; x <= last; ++x) visit(x, y);
-    });
-  };
-  std::vector<Sight> clearance;
-  for_pixels([&](int x, int y) {
-    if (table.sees(entry, entry.x0 + x, entry.y0 + y)) return;
-    // Most faces are hidden nowhere, and the boxes of some are large.
-    if (clearance.empty()) clearance.assign(box_pixels(entry), Sight::clear);
-    clearance[pixel_index(x, y, entry.width)] = Sight::hidden;
+Clearance find_clearance(const visibility::CoverageTable& table, const visibility::FaceCoverage& entry,
+                         const std::optional<TexelTriangle>& outline, int margin_px) {
+  Clearance clearance;
+  if (margin_px <= 0 || !outline) return clearance;
+  clearance.words = row_words(entry);
+  std::vector<std::uint64_t> near(clearance.words * static_cast<std::size_t>(entry.height), 0);
+  triangle_spans(*outline, 0.0, {0, 0, entry.width, entry.height}, [&](int y, int first, int last) {
+    set_hidden(table, entry, y, first, last,
+               std::span(near).subspan(static_cast<std::size_t>(y) * clearance.words, clearance.words));
   });
-  if (clearance.empty()) return {};
-  const auto for_around = [&](int x, int y, int distance, const auto& visit) {
-    for (int my = std::max(0, y - distance); my <= std::min(entry.height - 1, y + distance); ++my)
-      for (int mx = std::max(0, x - distance); mx <= std::min(entry.width - 1, x + distance); ++mx)
-        visit(mx, my, clearance[pixel_index(mx, my, entry.width)]);
-  };
-  for_pixels([&](int x, int y) {
-    if (clearance[pixel_index(x, y, entry.width)] != Sight::hidden) return;
-    // On the way to any pixel that is seen lies a hidden one with such a neighbour, which marks it.
-    bool inner = true;
-    for_around(x, y, 1, [&](int, int, Sight sight) { inner &= sight == Sight::hidden; });
-    if (inner) return;
-    for_around(x, y, margin_px, [&](int mx, int my, Sight& sight) {
-      const bool beside = std::abs(mx - x) <= 1 && std::abs(my - y) <= 1;
-      sight = std::min(sight, beside ? Sight::beside_occluder : Sight::near_occluder);
-    });
-  });
+  // Most faces are hidden nowhere.
+  if (std::ranges::find_if(near, [](std::uint64_t word) { return word != 0; }) == near.end()) return {};
+  for (int distance = 1; distance <= margin_px; ++distance) {
+    grow(near, clearance.words);
+    if (distance == 1) clearance.beside = near;
+  }
+  clearance.near = std::move(near);
   return clearance;
 }
 
@@ -79,10 +100,20 @@ bool contains(const TexelTriangle& t, double x, double y) {
   return left == 3 || right == 3;
 }
 
+/// \pre the position is not far from the frame
+std::array<int, 2> pixel_around(const PixelPoint& p) {
+  // Without a call of floor(), which processors had no instruction for at first.
+  const auto below = [](double value) {
+    const int whole = static_cast<int>(value);
+    return whole - (value < whole ? 1 : 0);
+  };
+  return {below(p.x), below(p.y)};
+}
+
 /// The pixel whose coverage decides for a place on the face. Coverage is known at pixel centres inside the face: where
 /// the centre of the place's own pixel lies outside, the nearest neighbouring pixel whose centre lies inside decides.
-std::array<int, 2> deciding_pixel(const TexelSource& source, const PixelPoint& p) {
-  const int px = static_cast<int>(std::floor(p.x)), py = static_cast<int>(std::floor(p.y));
+[[gnu::noinline]] std::array<int, 2> deciding_pixel(const TexelSource& source, const PixelPoint& p) {
+  const auto [px, py] = pixel_around(p);
   const visibility::FaceCoverage& c = *source.coverage;
   const auto in_face = [&](int x, int y) { return contains(*source.outline, x + 0.5 - c.x0, y + 0.5 - c.y0); };
   if (!source.outline || in_face(px, py)) return {px, py};
@@ -144,8 +175,10 @@ class SourceChooser {
 
   PartialChart choose(std::uint32_t chart) {
     start(chart);
-    for_owned_texels([&](std::size_t i, int x, int y) { choose_best(i, x, y); });
-    for_owned_texels([&](std::size_t i, int x, int y) { choose_second(i, x, y); });
+    choose_best();
+    for (int y = raster_.box.y0; y < raster_.box.y1; y += kStripRow)
+      for (int x = raster_.box.x0; x < raster_.box.x1; x += kStripRow)
+        choose_second({x, y, std::min(x + kStripRow, raster_.box.x1), std::min(y + kStripRow, raster_.box.y1)});
     return finish(chart);
   }
 
@@ -167,11 +200,15 @@ class SourceChooser {
     }
     const std::vector<std::uint32_t>& owner = raster_.owner;
     face_slot_.assign(owner.size(), 0);
-    for (std::size_t i = 0; i < owner.size(); ++i)
-      if (owner[i] != kNoOwner)
-        face_slot_[i] =
-            static_cast<std::uint32_t>(std::ranges::lower_bound(chart.faces, owner[i]) - chart.faces.begin());
+    for (std::size_t i = 0; i < owner.size(); ++i) {
+      if (owner[i] == kNoOwner) continue;
+      face_slot_[i] =
+          i > 0 && owner[i] == owner[i - 1]
+              ? face_slot_[i - 1]
+              : static_cast<std::uint32_t>(std::ranges::lower_bound(chart.faces, owner[i]) - chart.faces.begin());
+    }
     choice_.assign(owner.size(), {});
+    looked_at_.assign(sources_.items.size(), 0);
   }
 
   void add_sources(std::uint32_t face) {
@@ -183,66 +220,119 @@ class SourceChooser {
       if (!source.coverage && !(input_.tags[face] == labeling::FaceTag::seen && id == input_.labels[face])) continue;
       const View& view = input_.scene.views[index(id)];
       source.frame_from_texel = frame_from_texel(*map, view);
-      if (source.coverage) {
-        source.outline = outline_in(*source.coverage, input_.mesh, view);
-        source.clearance = find_clearance(table_, *source.coverage, source.outline, options_.margin_px);
-      }
+      if (source.coverage) source.outline = outline_in(*source.coverage, input_.mesh, view);
       sources_.items.push_back(std::move(source));
     }
   }
 
-  template <typename Visit>
-  void for_owned_texels(const Visit& visit) const {
+  /// A face's source with its clearance. Many are never looked at: the view before them shows all of the face clearly.
+  const TexelSource& source(std::size_t number) {
+    TexelSource& source = sources_.items[number];
+    if (looked_at_[number] == 0 && source.coverage)
+      source.clearance = find_clearance(table_, *source.coverage, source.outline, options_.margin_px);
+    looked_at_[number] = 1;
+    return source;
+  }
+
+  /// For each texel the first source, in order of preference, of those with the best sight of its centre.
+  void choose_best() {
     const CellBox& box = raster_.box;
     for (int y = box.y0; y < box.y1; ++y)
-      for (int x = box.x0; x < box.x1; ++x)
-        if (const std::size_t i = raster_.at(x, y); raster_.owner[i] != kNoOwner) visit(i, x, y);
+      for (int x = box.x0, end = 0; x < box.x1; x = end) {
+        const std::uint32_t owner = raster_.owner[raster_.at(x, y)];
+        for (end = x + 1; end < box.x1 && raster_.owner[raster_.at(end, y)] == owner;) ++end;
+        if (owner != kNoOwner) choose_best(y, x, end);
+      }
   }
 
-  std::span<const TexelSource> sources_at(std::size_t texel) const { return sources_[face_slot_[texel]]; }
-
-  /// The first source, in order of preference, of those with the best sight of the texel's centre.
-  void choose_best(std::size_t i, int x, int y) {
-    const auto sources = sources_at(i);
-    Sight best = Sight::hidden;
-    for (std::uint8_t k = 0; k < sources.size() && best != Sight::clear; ++k) {
-      const Sight sight = sight_at(sources[k], table_, x + 0.5, y + 0.5);
-      if (sight <= best) continue;
-      best = sight;
-      choice_[i].best = k;
+  /// Of texels beside each other that one face owns.
+  void choose_best(int y, int first_x, int end_x) {
+    const std::size_t at = raster_.at(first_x, y), slot = face_slot_[at];
+    sights_.assign(static_cast<std::size_t>(end_x - first_x), Sight::hidden);
+    std::size_t open = sights_.size();
+    const std::size_t first = sources_.first[slot], count = sources_.first[slot + 1] - first;
+    for (std::size_t k = 0; k < count && open > 0; ++k) {
+      const TexelSource& next = source(first + k);
+      const InnerRow inner = inner_row(next, y + 0.5);
+      for (std::size_t i = 0; i < sights_.size(); ++i) {
+        if (sights_[i] == Sight::clear) continue;
+        const Sight sight = sight_at(next, table_, inner, first_x + static_cast<double>(i) + 0.5, y + 0.5);
+        if (sight <= sights_[i]) continue;
+        sights_[i] = sight;
+        choice_[at + i].best = static_cast<std::uint8_t>(k);
+        if (sight == Sight::clear) --open;
+      }
     }
   }
 
-  /// Close to texels of another view that shows this texel clearly, a part of that view is blended in: 1/3 beside the
-  /// border and 1/6 one texel further, so that the colours of the two sides meet in equal steps.
-  void choose_second(std::size_t i, int x, int y) {
-    Choice& choice = choice_[i];
-    if (choice.best == kNone) return;
-    for (int distance = 1; distance <= 2 && choice.second == kNone; ++distance) {
-      choice.second = second_source(i, x, y, distance);
-      if (choice.second != kNone) choice.blend = distance == 1 ? 2 : 1;
-    }
+  static constexpr int kFar = 2;  ///< texels from a border within which two views are blended
+
+  /// The views of the texels of a block, and of those around it that second_source() looks at.
+  struct Around {
+    static constexpr int kEdge = kStripRow + 2 * kFar;
+    CellBox box;  ///< within the chart's
+    std::array<ViewId, std::size_t{kEdge} * kEdge> views;
+    ViewId& at(int x, int y) { return views[pixel_index(x - box.x0, y - box.y0, kEdge)]; }
+  };
+
+  bool has_choice(const CellBox& block) const {
+    for (int y = block.y0; y < block.y1; ++y)
+      for (int x = block.x0; x < block.x1; ++x)
+        if (choice_[raster_.at(x, y)].best != kNone) return true;
+    return false;
+  }
+
+  /// Close to texels of another view that shows a texel clearly, a part of that view is blended in: 1/3 beside the
+  /// border and 1/6 one texel further, so that the colours of the two sides meet in equal steps. Most blocks have no border.
+  void choose_second(const CellBox& block) {
+    const CellBox& all = raster_.box;
+    around_.box = {std::max(all.x0, block.x0 - kFar), std::max(all.y0, block.y0 - kFar),
+                   std::min(all.x1, block.x1 + kFar), std::min(all.y1, block.y1 + kFar)};
+    if (!has_choice(block)) return;
+    ViewId one = kNoView;
+    bool several = false;
+    for (int y = around_.box.y0; y < around_.box.y1; ++y)
+      for (int x = around_.box.x0; x < around_.box.x1; ++x) {
+        const ViewId view = view_at(raster_.at(x, y));
+        around_.at(x, y) = view;
+        if (view == kNoView) continue;
+        several |= one != kNoView && view != one;
+        one = view;
+      }
+    if (!several) return;
+    for (int y = block.y0; y < block.y1; ++y)
+      for (int x = block.x0; x < block.x1; ++x) {
+        Choice& choice = choice_[raster_.at(x, y)];
+        if (choice.best == kNone) continue;
+        for (int distance = 1; distance <= kFar && choice.second == kNone; ++distance) {
+          choice.second = second_source(x, y, distance);
+          if (choice.second != kNone) choice.blend = distance == 1 ? 2 : 1;
+        }
+      }
   }
 
   /// The source for the view of the first texel within `distance` (row by row) whose view is another one and shows the
   /// texel (x, y) clearly; kNone if there is none.
-  std::uint8_t second_source(std::size_t i, int x, int y, int distance) const {
-    const CellBox& box = raster_.box;
-    const auto sources = sources_at(i);
-    const ViewId own = view_at(i);
+  std::uint8_t second_source(int x, int y, int distance) {
+    const CellBox& box = around_.box;
+    const std::size_t slot = face_slot_[raster_.at(x, y)], first = sources_.first[slot];
+    const auto sources = std::as_const(sources_)[slot];
+    const ViewId own = around_.at(x, y);
     for (int ny = std::max(box.y0, y - distance); ny <= std::min(box.y1 - 1, y + distance); ++ny)
       for (int nx = std::max(box.x0, x - distance); nx <= std::min(box.x1 - 1, x + distance); ++nx) {
-        const ViewId other = view_at(raster_.at(nx, ny));
+        const ViewId other = around_.at(nx, ny);
         if (other == kNoView || other == own) continue;
-        const auto found = std::ranges::find(sources, other, &TexelSource::view);
-        if (found != sources.end() && sight_at(*found, table_, x + 0.5, y + 0.5) == Sight::clear)
-          return static_cast<std::uint8_t>(found - sources.begin());
+        const auto found =
+            static_cast<std::size_t>(std::ranges::find(sources, other, &TexelSource::view) - sources.begin());
+        if (found < sources.size() && sight_at(source(first + found), table_, x + 0.5, y + 0.5) == Sight::clear)
+          return static_cast<std::uint8_t>(found);
       }
     return kNone;
   }
 
   ViewId view_at(std::size_t i) const {
-    return choice_[i].best == kNone ? kNoView : sources_at(i)[choice_[i].best].view;
+    if (choice_[i].best == kNone) return kNoView;
+    return sources_.items[sources_.first[face_slot_[i]] + choice_[i].best].view;
   }
 
   PartialChart finish(std::uint32_t chart) {
@@ -255,8 +345,14 @@ class SourceChooser {
       part.is_open |= choice_[i].best == kNone;
       if (choice_[i].second != kNone) part.blended.push_back({static_cast<std::uint32_t>(i), raster_.reach[i], {}});
     }
-    keep_used_sources(part);
-    part.shares = group_items<TexelShares>(part.views.size(), [&](const auto& add) { add_shares(part, add); });
+    std::vector<TexelShares> shares = list_shares(part);
+    keep_used_sources(part, shares);
+    part.shares = group_items<TexelShares>(part.views.size(), [&](const auto& add) {
+      for (const TexelShares& each : shares) {
+        const auto view = static_cast<std::uint32_t>(part.sources[each.source].view);
+        add(static_cast<std::size_t>(std::ranges::lower_bound(part.views, view) - part.views.begin()), each);
+      }
+    });
     return part;
   }
 
@@ -272,42 +368,50 @@ class SourceChooser {
     });
   }
 
-  /// Moves the sources that give something, and notes their views.
-  void keep_used_sources(PartialChart& part) {
-    constexpr std::uint32_t kUsed = 0;
-    place_.assign(sources_.items.size(), kNoOwner);
-    for_shares(part, [&](std::size_t, std::size_t source, std::uint8_t) { place_[source] = kUsed; });
-    for (std::size_t s = 0; s < place_.size(); ++s) {
-      if (place_[s] != kUsed) continue;
-      place_[s] = static_cast<std::uint32_t>(part.sources.size());
-      part.views.push_back(static_cast<std::uint32_t>(sources_.items[s].view));
-      // A byte for each pixel of every source is too much to keep where many photos see large faces in parts.
-      free_memory(sources_.items[s].clearance);
-      part.sources.push_back(std::move(sources_.items[s]));
+  /// What the sources give, by their places in sources_.items; that of each view in the order of blocks.
+  std::vector<TexelShares> list_shares(const PartialChart& part) const {
+    std::vector<std::uint32_t> views, view_of_source;
+    for (const TexelSource& source : sources_.items) views.push_back(static_cast<std::uint32_t>(source.view));
+    std::ranges::sort(views);
+    views.erase(std::unique(views.begin(), views.end()), views.end());
+    for (const TexelSource& source : sources_.items) {
+      const auto place = std::ranges::lower_bound(views, static_cast<std::uint32_t>(source.view));
+      view_of_source.push_back(static_cast<std::uint32_t>(place - views.begin()));
     }
-    std::ranges::sort(part.views);
-    part.views.erase(std::unique(part.views.begin(), part.views.end()), part.views.end());
-  }
-
-  template <typename Add>
-  void add_shares(const PartialChart& part, const Add& add) const {
-    std::vector<TexelShares> begun(part.views.size());
+    std::vector<TexelShares> shares, begun(views.size());
     const auto width = static_cast<std::uint32_t>(raster_.width());
     for_shares(part, [&](std::size_t i, std::size_t source, std::uint8_t weight) {
-      const auto view = static_cast<std::uint32_t>(part.sources[place_[source]].view);
-      const auto group = static_cast<std::size_t>(std::ranges::lower_bound(part.views, view) - part.views.begin());
-      TexelShares& last = begun[group];
-      TexelShares next{static_cast<std::uint32_t>(i), place_[source], weight, raster_.reach[i], 1};
-      const bool begins_block = next.texel % width % kStripRow == 0;
-      if (last.count > 0 && !begins_block && next.texel == last.texel + last.count && next.source == last.source &&
-          next.weight == last.weight && next.reach == last.reach) {
+      TexelShares& last = begun[view_of_source[source]];
+      TexelShares next{static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(source), weight, raster_.reach[i], 1};
+      const bool goes_on = last.count > 0 && next.texel == last.texel + last.count && next.source == last.source &&
+                           next.weight == last.weight && next.reach == last.reach;
+      if (goes_on && next.texel % width % kStripRow != 0) {
         ++last.count;
         return;
       }
-      if (last.count > 0) add(group, last);
+      if (last.count > 0) shares.push_back(last);
       last = next;
     });
-    for (std::size_t group = 0; group < begun.size(); ++group) add(group, begun[group]);
+    std::ranges::copy_if(begun, std::back_inserter(shares), [](const TexelShares& last) { return last.count > 0; });
+    return shares;
+  }
+
+  /// Moves the sources that give something, to which `shares` then point, and notes their views.
+  void keep_used_sources(PartialChart& part, std::vector<TexelShares>& shares) {
+    constexpr std::uint32_t kUsed = 0;
+    std::vector<std::uint32_t> place(sources_.items.size(), kNoOwner);
+    for (const TexelShares& each : shares) place[each.source] = kUsed;
+    for (std::size_t s = 0; s < place.size(); ++s) {
+      if (place[s] != kUsed) continue;
+      place[s] = static_cast<std::uint32_t>(part.sources.size());
+      part.views.push_back(static_cast<std::uint32_t>(sources_.items[s].view));
+      // Bits for each pixel of every source are too much to keep where many photos see large faces in parts.
+      sources_.items[s].clearance = {};
+      part.sources.push_back(std::move(sources_.items[s]));
+    }
+    for (TexelShares& each : shares) each.source = place[each.source];
+    std::ranges::sort(part.views);
+    part.views.erase(std::unique(part.views.begin(), part.views.end()), part.views.end());
   }
 
   const AtlasInput& input_;
@@ -317,9 +421,11 @@ class SourceChooser {
   const visibility::CoverageTable& table_;
   ChartRaster raster_;
   Grouped<TexelSource> sources_;          ///< per face of the chart, best first
+  std::vector<char> looked_at_;           ///< per source: it has its clearance
   std::vector<std::uint32_t> face_slot_;  ///< per texel: the place of its owner in the chart's list of faces
   std::vector<Choice> choice_;            ///< per texel
-  std::vector<std::uint32_t> place_;      ///< per source: in the PartialChart, kNoOwner if it gives nothing
+  std::vector<Sight> sights_;             ///< the best ones of a row
+  Around around_;
 };
 
 }  // namespace
@@ -336,7 +442,10 @@ std::size_t PartialChart::bytes() const {
          blended.capacity() * sizeof(BlendedTexel) + known.capacity() / 8;
 }
 
-Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, double x, double y) {
+namespace {
+
+/// \param inner the pixel around the place decides
+Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, bool inner, double x, double y) {
   const auto p = source.frame_from_texel(x, y);
   if (!p) return Sight::hidden;
   if (!source.coverage) return Sight::clear;
@@ -344,10 +453,49 @@ Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table
   // Positions far outside the box would overflow the conversion to whole pixels.
   if (!(p->x >= c.x0 - 1 && p->y >= c.y0 - 1 && p->x < c.x0 + c.width + 1 && p->y < c.y0 + c.height + 1))
     return Sight::hidden;
-  const auto [px, py] = deciding_pixel(source, *p);
-  if (!table.sees(c, px, py)) return Sight::hidden;
-  if (source.clearance.empty()) return Sight::clear;
-  return source.clearance[pixel_index(px - c.x0, py - c.y0, c.width)];
+  const auto [px, py] = inner ? pixel_around(*p) : deciding_pixel(source, *p);
+  return table.sees(c, px, py) ? source.clearance.at(px - c.x0, py - c.y0) : Sight::hidden;
+}
+
+}  // namespace
+
+Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, double x, double y) {
+  return sight_at(source, table, false, x, y);
+}
+
+Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, const InnerRow& row, double x,
+               double y) {
+  return sight_at(source, table, row.has(x), x, y);
+}
+
+InnerRow inner_row(const TexelSource& source, double y) {
+  constexpr double kReach = 0.51;  // px
+  constexpr InnerRow kNone;
+  if (!source.coverage || !source.outline) return kNone;
+  const TexelTriangle& t = *source.outline;
+  const auto& m = source.frame_from_texel.matrix;
+  InnerRow row{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  // To where a x + rest > 0.
+  const auto clip = [&](double a, double rest) {
+    if (a > 0)
+      row.low = std::max(row.low, -rest / a);
+    else if (a < 0)
+      row.high = std::min(row.high, -rest / a);
+    else if (!(rest > 0))
+      row = kNone;
+  };
+  clip(m[6], m[7] * y + m[8]);
+  const double sign = doubled_area(t) < 0 ? -1 : 1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    // Of a position (u / w, v / w): its distance from an edge less what it must be at least, times the edge's length and w.
+    const TexelPoint &a = t[i], &b = t[(i + 1) % 3];
+    const double dx = sign * (b.x - a.x), dy = sign * (b.y - a.y);
+    const double of_w =
+        dy * (a.x + source.coverage->x0) - dx * (a.y + source.coverage->y0) - kReach * (std::abs(dx) + std::abs(dy));
+    const auto combine = [&](std::size_t k) { return dx * m[3 + k] - dy * m[k] + of_w * m[6 + k]; };
+    clip(combine(0), combine(1) * y + combine(2));
+  }
+  return row;
 }
 
 std::vector<std::uint32_t> partial_charts(const ChartSet& set) {
@@ -370,7 +518,8 @@ std::size_t choosing_bytes(const Chart& chart, const CoverageIndex& coverage, in
   for (const std::uint32_t face : chart.faces) {
     std::size_t all = 0, largest = 0;
     coverage.for_views(FaceId{face}, [&](const visibility::FaceCoverage& entry) {
-      const std::size_t clearance = sizeof(Sight) * box_pixels(entry);
+      const std::size_t clearance =
+          2 * sizeof(std::uint64_t) * row_words(entry) * static_cast<std::size_t>(entry.height);
       all += clearance;
       largest = std::max(largest, clearance);
     });

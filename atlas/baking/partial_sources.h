@@ -26,6 +26,19 @@ enum class Sight : std::uint8_t {
   clear,
 };
 
+/// How well a view shows a face in pixels where it is not hidden: a bit for each pixel of the coverage's box, in rows of whole
+/// words. Empty: clear everywhere.
+struct Clearance {
+  std::size_t words = 0;                    ///< of a row
+  std::vector<std::uint64_t> beside, near;  ///< what the former has, the latter has as well
+  Sight at(int x, int y) const {
+    if (near.empty()) return Sight::clear;
+    const auto column = static_cast<std::size_t>(x), word = static_cast<std::size_t>(y) * words + column / 64;
+    const auto has = [&](const std::vector<std::uint64_t>& bits) { return (bits[word] >> (column % 64) & 1) != 0; };
+    return !has(near) ? Sight::clear : has(beside) ? Sight::beside_occluder : Sight::near_occluder;
+  }
+};
+
 /// A view that shows a part of a face.
 struct TexelSource {
   std::uint32_t face = 0;
@@ -34,12 +47,26 @@ struct TexelSource {
   FrameFromTexel frame_from_texel;
   /// The face in the view's frame, relative to the coverage's box; nullopt if a corner lies behind the camera.
   std::optional<TexelTriangle> outline;
-  /// Over the coverage's box, where it is not hidden; empty: clear everywhere. Dropped once sources are chosen.
-  std::vector<Sight> clearance;
+  Clearance clearance;  ///< dropped once sources are chosen
 };
 
 /// How well the source shows the place at (x, y) of its chart.
 Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, double x, double y);
+
+/// Places x of a row of a chart, from `low` to `high`, that a source has so far inside the face's outline that the pixel around
+/// them decides: its centre, up to half a pixel away along both axes, lies inside as well. A hundredth of a pixel more, far
+/// above what rounding moves positions by, is left.
+struct InnerRow {
+  double low = 1, high = 0;
+  bool has(double x) const { return low <= x && x <= high; }
+};
+
+/// None for a source without an outline. O(1).
+InnerRow inner_row(const TexelSource& source, double y);
+
+/// The same sight, found faster in the inner part of the row. \pre row = inner_row(source, y)
+Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, const InnerRow& row, double x,
+               double y);
 
 /// What a source gives to the colours of texels beside each other in a row.
 struct TexelShares {

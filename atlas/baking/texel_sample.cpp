@@ -58,8 +58,19 @@ std::optional<PixelPoint> position_close_to_face(const AtlasBuild& build, const 
 
 }  // namespace
 
-std::optional<ExposedTexel> sample_texel(const AtlasBuild& build, const ViewPhoto& photo, const TexelSource& source,
-                                         int x, int y, std::vector<Color>& samples) {
+const InnerRow& TexelSampler::inner(int row, int rows) {
+  if (inner_.size() != static_cast<std::size_t>(rows)) {
+    inner_.clear();
+    for (int j = 0; j < rows; ++j) inner_.push_back(inner_row(*source_, y_ + (j + 0.5) / rows));
+  }
+  return inner_[static_cast<std::size_t>(row)];
+}
+
+std::optional<ExposedTexel> TexelSampler::sample(int x, std::vector<Color>& samples) {
+  const AtlasBuild& build = build_;
+  const ViewPhoto& photo = photo_;
+  const TexelSource& source = *source_;
+  const int y = y_;
   const bool given = build.input.layout != nullptr;
   const Footprint f = footprint(source, given, x, y);
   const bool several = f.across > 1 || f.down > 1;
@@ -71,7 +82,7 @@ std::optional<ExposedTexel> sample_texel(const AtlasBuild& build, const ViewPhot
   for (int j = 0; j < f.down; ++j) {
     for (int i = 0; i < f.across; ++i) {
       const double tx = x + (i + 0.5) / f.across, ty = y + (j + 0.5) / f.down;
-      if (several && sight_at(source, build.coverage.table(), tx, ty) == Sight::hidden) continue;
+      if (several && sight_at(source, build.coverage.table(), inner(j, f.down), tx, ty) == Sight::hidden) continue;
       const auto p =
           f.is_large ? position_close_to_face(build, photo.view, source, tx, ty) : source.frame_from_texel(tx, ty);
       const auto q = p ? photo_from_pixel(photo.view.camera, *p) : std::nullopt;

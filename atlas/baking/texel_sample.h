@@ -16,12 +16,33 @@ struct ExposedTexel {
   PixelPoint frame;   ///< of the texel's middle
 };
 
-/// One bicubic sample where the texel is as fine as the photo's pixels, else the mean of a grid of samples over its square, those
-/// that do not show the face left out. In a given layout samples stay close to the face if the square takes many pixels: a texel
-/// that is larger than its face has the face's colour. nullopt where the view shows nothing.
-/// \param samples become the means of the layers after the first
-std::optional<ExposedTexel> sample_texel(const AtlasBuild& build, const ViewPhoto& photo, const TexelSource& source,
-                                         int x, int y, std::vector<Color>& samples);
+/// Looks up texels of a row, one after the other.
+class TexelSampler {
+ public:
+  TexelSampler(const AtlasBuild& build, const ViewPhoto& photo) : build_(build), photo_(photo) {}
+
+  /// Begins with texels of a source in a row; borrows the source.
+  void begin(const TexelSource& source, int y) {
+    source_ = &source;
+    y_ = y;
+    inner_.clear();
+  }
+  /// One bicubic sample where the texel is as fine as the photo's pixels, else the mean of a grid of samples over its square, those
+  /// that do not show the face left out. In a given layout samples stay close to the face if the square takes many pixels: a texel
+  /// that is larger than its face has the face's colour. nullopt where the view shows nothing.
+  /// \param samples become the means of the layers after the first
+  std::optional<ExposedTexel> sample(int x, std::vector<Color>& samples);
+
+ private:
+  /// Of one of so many rows of samples.
+  const InnerRow& inner(int row, int rows);
+
+  const AtlasBuild& build_;
+  const ViewPhoto& photo_;
+  const TexelSource* source_ = nullptr;
+  int y_ = 0;
+  std::vector<InnerRow> inner_;  ///< of the rows of samples that the last texel had
+};
 
 /// Offsets of a chart's strip at texels that come in blocks of kStripRow x kStripRow, row by row.
 class StripOffsets {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "atlas/baking/pixel_floats.h"
 #include "atlas/leveling/color_correction.h"
 #include "io/bilinear.h"
 
@@ -9,19 +10,8 @@ namespace gpvc::atlas {
 
 namespace {
 
-// Split by the compiler to what the processor has.
-using FourFloats = float __attribute__((vector_size(16)));
-using FourInts = std::int32_t __attribute__((vector_size(16)));
-
-/// The channels of a pixel where they are in its word: times 1, 2^8 and 2^16, which rounds no float.
-FourFloats in_place(std::uint32_t pixel) {
-  const auto word = static_cast<std::int32_t>(pixel);
-  return __builtin_convertvector((FourInts{word, word, word, word} & FourInts{0xFF, 0xFF00, 0xFF0000, 0}), FourFloats);
-}
-
 FourFloats for_channels_in_place(const Color& factor) {
-  constexpr float kByte = 1.0f / 256;
-  return FourFloats{factor.r, factor.g * kByte, factor.b * (kByte * kByte), 0};
+  return FourFloats{factor.r, factor.g, factor.b, 0} * kOutOfPlace;
 }
 
 bool has_highlights(const FourFloats& exposed) {
@@ -29,12 +19,11 @@ bool has_highlights(const FourFloats& exposed) {
 }
 
 /// Of channels in place, so that gain times the result has the highlights that `gain` leaves.
-FourFloats compressed(FourFloats color, const Color& gain) {
-  constexpr float kByte = 256;
-  color[0] = with_highlights(gain.r * color[0], gain.r) / gain.r;
-  color[1] = with_highlights(gain.g * color[1] / kByte, gain.g) / gain.g * kByte;
-  color[2] = with_highlights(gain.b * color[2] / (kByte * kByte), gain.b) / gain.b * (kByte * kByte);
-  return color;
+FourFloats compressed(const FourFloats& color, const Color& gain) {
+  const FourFloats exposed = color * kOutOfPlace * FourFloats{gain.r, gain.g, gain.b, 0};
+  return FourFloats{with_highlights(exposed[0], gain.r) / gain.r,
+                    with_highlights(exposed[1], gain.g) / gain.g / kOutOfPlace[1],
+                    with_highlights(exposed[2], gain.b) / gain.b / kOutOfPlace[2], 0};
 }
 
 /// Positions as whole numbers of 2^-kFractionBits of a pixel.

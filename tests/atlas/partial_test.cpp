@@ -198,7 +198,8 @@ TEST(Partial, TexelsNoViewShowsAreFilledFromTheirSurroundings) {
   EXPECT_GT(worst, 0.0);
 }
 
-/// A flat face behind a mast, in photos of a megapixel: each takes a byte for every pixel while sources are chosen.
+/// A flat face behind a mast, in photos of a megapixel: each takes two bits for every pixel, in rows of
+/// 16 words, while sources are chosen.
 TEST(Partial, ClearancesCountWhileSourcesAreChosen) {
   Chart chart;
   chart.faces = {1};
@@ -209,13 +210,40 @@ TEST(Partial, ClearancesCountWhileSourcesAreChosen) {
         table.entries.push_back({FaceId{face}, ViewId{view}, 0, 0, 1000, 1000, 990000, 0.99f, 0});
   };
   const auto bytes = [&](int margin_px) { return choosing_bytes(chart, CoverageIndex(table), margin_px); };
+  constexpr std::size_t kOfView = 2 * 1000 * 16 * sizeof(std::uint64_t);
   const std::size_t without = bytes(3);
   add_views(8);
-  EXPECT_EQ(bytes(3), without + 8 * 1000 * 1000) << "those of other faces do not count";
+  EXPECT_EQ(bytes(3), without + 8 * kOfView) << "those of other faces do not count";
   EXPECT_EQ(bytes(0), without) << "without a margin nothing is looked for";
   table.entries.clear();
   add_views(100);
-  EXPECT_EQ(bytes(3), without + 64 * 1000 * 1000) << "as many views as are looked at";
+  EXPECT_EQ(bytes(3), without + 64 * kOfView) << "as many views as are looked at";
+}
+
+/// Coverage of every other pixel: a place that is decided by another pixel than its own mostly has another sight.
+TEST(Partial, InnerPartsOfRowsHaveTheSightThatIsFoundForEachPlace) {
+  visibility::CoverageTable table;
+  table.entries.push_back({FaceId{0}, ViewId{0}, 100, 50, 63, 40, 1260, 0.5f, 0});
+  table.words.assign(63 * 40 / 64 + 1, 0x5555555555555555u);
+  for (const bool mirrored : {false, true}) {
+    TexelSource source{0, ViewId{0}, &table.entries[0], {{1.1, 0.2, 95, -0.1, 0.9, 52, 1e-4, 2e-4, 1}}, {}, {}};
+    source.outline = TexelTriangle{{{3.3, 2.1}, {60.7, 9.4}, {21.5, 38.2}}};
+    if (mirrored) std::swap((*source.outline)[0], (*source.outline)[1]);
+    int inner = 0, shown = 0;
+    for (double y = -5.3; y < 60; y += 0.37) {
+      const InnerRow row = inner_row(source, y);
+      for (double x = -5.1; x < 80; x += 0.29) {
+        const Sight sight = sight_at(source, table, x, y);
+        ASSERT_EQ(sight_at(source, table, row, x, y), sight) << x << ", " << y;
+        inner += row.has(x);
+        shown += sight != Sight::hidden;
+      }
+    }
+    EXPECT_GT(inner, 5000);
+    EXPECT_GT(shown, 2500);
+    source.outline.reset();
+    EXPECT_FALSE(inner_row(source, 10.5).has(20.5)) << "a corner lies behind the camera";
+  }
 }
 
 TEST(Partial, WithoutAnyCoverageFacesTakeTheirNeighboursColors) {
