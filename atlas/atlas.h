@@ -233,27 +233,28 @@ class AtlasPlan {
 /// options and input do not fit together, or if even the smallest charts exceed a limit.
 AtlasPlan plan_atlas(const AtlasInput& input, const AtlasOptions& options);
 
-/// Exposure per view from the ratios across the seams of all faces, for AtlasInput::exposure. In each channel the
+/// Exposure per view from the ratios across the seams of all faces, and from overlaps, for AtlasInput::exposure. In each channel the
 /// geometric mean of the gains over all faces is one, so that the texture as a whole keeps its brightness. Over a long flight
-/// photos keep theirs: seams tell gains of photos a few seams apart from each other, but a small error of each would add up. Fetches the coarse
+/// photos keep theirs: ratios tell gains of photos a few seams apart from each other, but a small error of each would add up. Fetches the coarse
 /// colours of each photo at most once.
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input);
 
-/// The colour ratio across a seam edge, for a fit over the parts of a mesh.
-struct SeamRatio {
+/// The ratio of the colours that two views show, on the two sides of a seam edge or of one face, for a fit over the parts of a mesh.
+struct ColorRatio {
   std::array<std::uint32_t, 2> views{};         ///< index(ViewId)
   std::array<std::array<double, 3>, 2> logs{};  ///< of the mean colour on each side, per channel
-  std::array<std::array<double, 2>, 2> at{};    ///< x and y of the edge's middle in each frame, px
+  std::array<std::array<double, 2>, 2> at{};    ///< x and y of its middle in each frame, px
   double weight = 0;
 };
-GPVC_MEMBERS(SeamRatio, views, logs, at, weight)
+GPVC_MEMBERS(ColorRatio, views, logs, at, weight)
 
-/// The ratios across seams whose lower-numbered face is not in the border: parts of a mesh that have each other's faces in
-/// their borders then give each seam once. Fetches the coarse colours of each photo at most once.
-std::vector<SeamRatio> seam_ratios(const AtlasInput& input);
+/// The ratios across seams whose lower-numbered face is not in the border, and those between all views of some faces that are not
+/// (leveling/overlap_ratios.h): parts of a mesh that have each other's faces in their borders then give each once. Fetches the coarse
+/// colours of each photo at most once.
+std::vector<ColorRatio> color_ratios(const AtlasInput& input);
 
 /// As above, from the ratios of all parts in any order that is the same each time. `faces`: per view, how many faces have it.
-std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio> ratios,
+std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<ColorRatio> ratios,
                                        std::span<const std::size_t> faces);
 
 /// Compares each photo, at places all over what it textures, with three others that show them best, and with the photos beyond its

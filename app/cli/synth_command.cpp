@@ -15,8 +15,8 @@
 namespace gpvc::cli {
 namespace {
 
-// Bounds of the photos' gains; the largest loss of brightness in the corners.
-constexpr double kLeastGain = 0.7, kMostGain = 1.4, kVignetting = 0.3;
+// Bounds of the photos' gains, and of the lens's loss of brightness in the corners.
+constexpr double kLeastGain = 0.7, kMostGain = 1.4, kLeastVignetting = 0.15, kMostVignetting = 0.3;
 
 /// The gains of two successive photos have the product kLeastGain * kMostGain, about 1. Photos do not show how bright the
 /// scene is as a whole, so levelled colours are expected at the mean of the gains.
@@ -27,7 +27,7 @@ synth::Exposure exposure_of(const SynthOptions& options, std::size_t view) {
     const double t = synth::synth_chance(seed, number / 2, 8101);
     const double first = kLeastGain + (kMostGain - kLeastGain) * t;
     result.gain.fill(number % 2 == 0 ? first : kLeastGain * kMostGain / first);
-    result.vignetting = kVignetting * synth::synth_chance(seed, number, 8102);
+    result.vignetting = kLeastVignetting + (kMostVignetting - kLeastVignetting) * synth::synth_chance(seed, 0, 8102);
   }
   // Every gain is made from the one before: half of a step is common to all channels. It turns back at the bounds.
   std::array<double, 3> walk{1, 1, 1};

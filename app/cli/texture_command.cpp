@@ -57,6 +57,15 @@ Json preview_json(const pipeline::WrittenModel& written) {
   return json;
 }
 
+// What each photo was multiplied by, by view: `gain` of the channels, and exp(k1 r^2 + k2 r^4) for what its lens takes away at a
+// distance r from the middle, 1 in the corner.
+Json exposure_json(std::span<const atlas::ViewExposure> exposure) {
+  Json views = Json::array();
+  for (const atlas::ViewExposure& each : exposure)
+    views.push_back({{"gain", each.gain}, {"k1", each.k1}, {"k2", each.k2}});
+  return views;
+}
+
 // What has no meaning for a result in tiles.
 bool needs_one_model(const TextureOptions& o) {
   const pipeline::Settings& s = o.settings;
@@ -161,6 +170,7 @@ void run_texture(const TextureOptions& options, Console& console, results::Obser
       return {options_json(done), Json::object(), (options.out / "tileset.json").string()};
     }
     const auto& [textured, written] = *files;
+    if (!textured.atlas.exposure.empty()) record.counts["exposure"] = exposure_json(textured.atlas.exposure);
     record.counts["preview"] = preview_json(written);
     record.counts["up"] = name_of(io::kUpAxisNames, written.up);
     record.counts["offset"] = evaluate::point_json(written.offset);

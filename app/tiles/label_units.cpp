@@ -19,7 +19,7 @@ namespace {
 
 // What Stage::expose leaves.
 struct PhotoRelations {
-  std::vector<atlas::SeamRatio> ratios;
+  std::vector<atlas::ColorRatio> ratios;
   std::vector<atlas::PhotoMatch> matches;
   std::vector<std::size_t> faces;  // per view, of the tile's faces
 };
@@ -146,7 +146,7 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
   for (std::size_t f = 0; f < tile.labels.size(); ++f)
     if (tile.border[f] == 0 && tile.labels[f] != kNoView) ++faces[index(tile.labels[f])];
-  std::vector<atlas::SeamRatio> ratios;
+  std::vector<atlas::ColorRatio> ratios;
   std::vector<atlas::PhotoMatch> matches;
   io::PhotoCache decoded(job_.scene, 0, &photos_.hashes());
   const pipeline::Input tile_input{job_.scene, tile.tile.mesh, job_.tiles(0)[unit.number].views, job_.mesh_file};
@@ -156,17 +156,17 @@ void UnitRunner::expose(const Unit& unit, const io::WorkKey& key) {
   const atlas::AtlasInput input = tile.input(job_.scene, photos);
   // Exposures and shifts of photos are known from far fewer, and those of all tiles are solved together.
   if (settings_.atlas.seams != atlas::SeamLeveling::none)
-    ratios = thinned(atlas::seam_ratios(input), 4000000 / job_.tiles(0).size());
+    ratios = thinned(atlas::color_ratios(input), 4000000 / job_.tiles(0).size());
   if (settings_.atlas.align != atlas::PhotoAlignment::none)
     matches = thinned(atlas::match_photos(input), 2000000 / job_.tiles(0).size());
   const std::size_t kept_ratios = ratios.size();
   put(unit, "relations", key, PhotoRelations{std::move(ratios), std::move(matches), std::move(faces)});
-  observer_.end(fmt::format("{} ratios across seams", results::readable_count(kept_ratios)));
+  observer_.end(fmt::format("{} ratios between photos", results::readable_count(kept_ratios)));
 }
 
 void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
   observer_.begin({unit.name});
-  std::vector<atlas::SeamRatio> ratios;
+  std::vector<atlas::ColorRatio> ratios;
   std::vector<atlas::PhotoMatch> matches;
   std::vector<std::size_t> faces(job_.scene.views.size(), 0);
   for (std::size_t t = 0; t < job_.tiles(0).size(); ++t) {
@@ -174,7 +174,7 @@ void UnitRunner::level(const Unit& unit, const io::WorkKey& key) {
     const auto more = folder_.get<PhotoRelations>(expose_unit(t), "relations", [&](const PhotoRelations& found) {
       return found.faces.size() == faces.size() &&
              std::ranges::all_of(found.ratios,
-                                 [&](const atlas::SeamRatio& ratio) { return is_sound(ratio, job_.scene); }) &&
+                                 [&](const atlas::ColorRatio& ratio) { return is_sound(ratio, job_.scene); }) &&
              std::ranges::all_of(found.matches,
                                  [&](const atlas::PhotoMatch& match) { return atlas::is_sound(match, job_.scene); });
     });

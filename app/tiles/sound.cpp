@@ -215,7 +215,7 @@ bool is_sound(std::span<const ViewTells> views, const Scene& scene) {
   });
 }
 
-bool is_sound(const atlas::SeamRatio& ratio, const Scene& scene) {
+bool is_sound(const atlas::ColorRatio& ratio, const Scene& scene) {
   if (!are_below(ratio.views, scene.views.size()) || !is_finite(ratio) || !(ratio.weight >= 0)) return false;
   // Farther than any frame reaches, and near enough for sums of fourth powers.
   constexpr double kFarthest = 1e6;  // px

@@ -21,7 +21,7 @@ bool is_sound(std::span<const TileSight> sights, std::span<const ViewId> group, 
 bool is_sound(const TileCosts& costs, const Scene& scene, std::size_t faces);
 bool is_sound(const labeling::PhotoJudgement& photos, const Scene& scene);
 bool is_sound(std::span<const ViewTells> views, const Scene& scene);
-bool is_sound(const atlas::SeamRatio& ratio, const Scene& scene);
+bool is_sound(const atlas::ColorRatio& ratio, const Scene& scene);
 /// True if each label is a view of the scene, or none.
 bool is_sound(std::span<const ViewId> labels, const Scene& scene);
 

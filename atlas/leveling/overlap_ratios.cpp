@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
+#include <utility>
 
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/finished_texture.h"
@@ -66,10 +66,10 @@ void OverlapRatios::take(ViewId id, const CoarsePhoto& photo) {
   });
 }
 
-std::vector<SeamRatio> OverlapRatios::ratios(double weight) const {
-  std::vector<SeamRatio> ratios;
+std::vector<ColorRatio> OverlapRatios::ratios(double weight) const {
+  std::vector<ColorRatio> ratios;
   const auto add = [&](const Sight& a, const Sight& b) {
-    SeamRatio ratio;
+    ColorRatio ratio;
     const std::array sights{&a, &b};
     for (std::size_t s = 0; s < 2; ++s) {
       ratio.views[s] = sights[s]->view;
@@ -92,7 +92,7 @@ std::vector<SeamRatio> OverlapRatios::ratios(double weight) const {
       if (count > 3 && (count % 2 == 1 || i < count / 2)) add(*of_face[i], *of_face[(i + count / 2) % count]);
     }
   }
-  for (SeamRatio& ratio : ratios) ratio.weight = weight / static_cast<double>(ratios.size());
+  for (ColorRatio& ratio : ratios) ratio.weight = weight / static_cast<double>(ratios.size());
   return ratios;
 }
 

@@ -23,7 +23,7 @@ class OverlapRatios {
   void take(ViewId view, const CoarsePhoto& photo);
   /// After all views. Of each face between each photo and the next, and the one halfway around, in the order of their numbers.
   /// \param weight of all together
-  std::vector<SeamRatio> ratios(double weight) const;
+  std::vector<ColorRatio> ratios(double weight) const;
 
  private:
   struct Sight {

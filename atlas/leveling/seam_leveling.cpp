@@ -60,12 +60,12 @@ double mean_misfit(const SeamSamples& seams) {
 class Leveler {
  public:
   Leveler(const AtlasInput& input, const ChartSet& set, const BlendWeights& blending, SeamSamples& seams,
-          const SeamBlend& blend)
-      : input_(input), set_(set), blending_(blending), seams_(seams), blend_(blend) {}
+          const SeamBlend& blend, const OverlapRatios& overlaps)
+      : input_(input), set_(set), blending_(blending), seams_(seams), blend_(blend), overlaps_(overlaps) {}
 
   ColorCorrection level(SeamLeveling mode) {
     correction_.exposure.assign(input_.exposure.begin(), input_.exposure.end());
-    if (input_.exposure.empty()) correction_.exposure = fit_exposure(input_, seams_);
+    if (input_.exposure.empty()) correction_.exposure = fit_exposure(input_, seams_, overlaps_);
     correct([&](const Color& color, std::uint32_t face, const PixelPoint& frame, const TexelPoint&) {
       const Color gain = correction_.gain(input_.labels[face], frame);
       return corrected(gain * color, {}, gain);
@@ -184,6 +184,7 @@ class Leveler {
   const BlendWeights& blending_;
   SeamSamples& seams_;
   const SeamBlend& blend_;
+  const OverlapRatios& overlaps_;
   ColorCorrection correction_;
   double misfit_exposed_ = 0;
 };
@@ -197,12 +198,13 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
   std::vector<SeamEdge> edges = find_seams(input);
   SeamBlend blend(input, blending, edges);
   CutPatches cuts(input, neighbours);
-  SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &cuts});
+  OverlapRatios overlaps(input);
+  SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &cuts, &overlaps});
   result.cuts = cuts.measure();
   result.step_before = mean_step(seams);
   result.misfit_before = mean_misfit(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;
-  Leveler leveler(input, set, blending, seams, blend);
+  Leveler leveler(input, set, blending, seams, blend, overlaps);
   result.correction = leveler.level(mode);
   result.misfit_exposed = leveler.misfit_exposed();
   result.step_after = mean_step(seams);

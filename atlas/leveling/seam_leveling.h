@@ -15,6 +15,7 @@
 #include "atlas/blending/blend_weights.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/color_correction.h"
+#include "atlas/leveling/overlap_ratios.h"
 #include "atlas/leveling/seam_samples.h"
 
 namespace gpvc::atlas {
@@ -35,11 +36,17 @@ GPVC_MEMBERS(LevelingResult, correction, step_before, step_after, misfit_before,
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
                            const FaceNeighbours& neighbours, const BlendWeights& blending, SeamLeveling mode);
 
-/// The ratios across all seams, from samples taken before.
-std::vector<SeamRatio> seam_ratios(const AtlasInput& input, const SeamSamples& seams);
+/// Sensors quantize and clip: true where no channel is so dark that a level is several per cent, or so bright that values are unreliable.
+bool has_logs(const Color& color);
+/// \pre has_logs(color)
+std::array<double, 3> logs_of(const Color& color);
+
+/// The ratios across all seams, and between overlapping photos, from samples taken before.
+std::vector<ColorRatio> color_ratios(const AtlasInput& input, const SeamSamples& seams, const OverlapRatios& overlaps);
 
 /// As the public fit_exposure, from samples taken before. Gains lie in [1 / kMostGain, kMostGain].
-std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams);
+std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams,
+                                       const OverlapRatios& overlaps);
 
 /// Fills correction.nodes and correction.offsets. \pre `seams` hold exposed colours
 void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrection& correction);

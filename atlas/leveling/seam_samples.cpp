@@ -12,6 +12,7 @@
 #include "atlas/blending/seam_blend.h"
 #include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
+#include "atlas/leveling/overlap_ratios.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {
@@ -77,6 +78,7 @@ class Sampler {
     for (std::uint32_t view = 0; view < work.size(); ++view) {
       work[view].blends = beside.blend != nullptr && beside.blend->needs(ViewId{view});
       work[view].cuts = beside.cuts != nullptr && beside.cuts->needs(ViewId{view});
+      work[view].overlaps = beside.overlaps != nullptr && beside.overlaps->needs(ViewId{view});
     }
     const auto fetch = [this](ViewId id) { return input_.photos.coarse(id); };
     each_fetched(
@@ -86,6 +88,7 @@ class Sampler {
           tbb::parallel_for(std::size_t{0}, mine.sides.size(),
                             [&](std::size_t i) { sample_side(*mine.sides[i].first, mine.sides[i].second, id, photo); });
           if (mine.blends) beside.blend->take(id, photo, result_.edges);
+          if (mine.overlaps) beside.overlaps->take(id, photo);
         });
     sample_finished();
     weigh();
@@ -96,8 +99,8 @@ class Sampler {
   /// What a view's photo is needed for.
   struct Work {
     std::vector<std::pair<const SeamEdge*, std::size_t>> sides;
-    bool blends = false, cuts = false;
-    bool empty() const { return sides.empty() && !blends && !cuts; }
+    bool blends = false, cuts = false, overlaps = false;
+    bool empty() const { return sides.empty() && !blends && !cuts && !overlaps; }
   };
 
   void sample_side(const SeamEdge& edge, std::size_t side, ViewId id, const CoarsePhoto& photo) {

@@ -11,8 +11,9 @@
 
 namespace gpvc::atlas {
 
-class CutPatches;  // cut_misfit.h
-class SeamBlend;   // blending/seam_blend.h
+class CutPatches;     // cut_misfit.h
+class OverlapRatios;  // overlap_ratios.h
+class SeamBlend;      // blending/seam_blend.h
 
 /// A mesh edge between two faces of different views, or between a finished and a new one (AtlasInput::finished), sampled about
 /// once a texel.
@@ -44,6 +45,7 @@ inline constexpr float kDoubt = 0.05f;
 struct TakenBeside {
   SeamBlend* blend = nullptr;  ///< null, or made from the same edges
   CutPatches* cuts = nullptr;
+  OverlapRatios* overlaps = nullptr;
 };
 
 /// Every edge between faces of different views, or between a finished face and a new one. O(pairs of faces).

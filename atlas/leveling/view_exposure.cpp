@@ -1,7 +1,7 @@
-// Exposure and vignetting per view, fitted to the seams between views.
+// Exposure and vignetting per view, fitted to seams between views and to what overlapping views show.
 //
-// Seams cannot tell gains that rise evenly from photo to photo from surfaces that are brighter with the sun behind the camera, as
-// fields are: in both cases the next photo shows the same place a little brighter. Taken for gains, a per cent at each seam would make
+// Neither can tell gains that rise evenly from photo to photo from surfaces that are brighter with the sun behind the camera, as
+// fields are: in both cases the next photo shows the same place a little brighter. Taken for gains, a per cent from photo to photo would make
 // one end of a flight twice as bright as the other. So the fit has a term for the direction of sight, which takes such a trend and is not
 // applied, and photos are held to the brightness that they were made with, corrected by what their EXIF data say of their exposure, over
 // more than a few seams.
@@ -109,7 +109,7 @@ Eigen::Matrix3d camera_from_world(const View& view) {
 }
 
 /// What a pair's unknowns contribute to the difference of the corrections on the two sides, in logarithms.
-PairVector factors_of(const Scene& scene, const SeamRatio& ratio) {
+PairVector factors_of(const Scene& scene, const ColorRatio& ratio) {
   PairVector factors = PairVector::Zero();
   for (std::size_t s = 0; s < 2; ++s) {
     const View& view = scene.views[ratio.views[s]];
@@ -191,7 +191,7 @@ double robust_divisor(double error, int round) {
 
 /// Adds the equations of the ratios between a pair of views: the corrected logs of both sides are equal. Their weights follow from
 /// the residuals that x leaves.
-void add_pair(NormalEquations& equations, const Scene& scene, std::span<const SeamRatio> ratios, const Unknowns& u,
+void add_pair(NormalEquations& equations, const Scene& scene, std::span<const ColorRatio> ratios, const Unknowns& u,
               const Eigen::VectorXd& x, int round) {
   struct Sums {
     PairVector before, rest = PairVector::Zero();
@@ -202,7 +202,7 @@ void add_pair(NormalEquations& equations, const Scene& scene, std::span<const Se
     const PairUnknowns at = unknowns_of(ratios.front().views, u, c);
     for (std::size_t i = 0; i < at.size(); ++i) channels[c].before[static_cast<Eigen::Index>(i)] = x[at[i]];
   }
-  for (const SeamRatio& ratio : ratios) {
+  for (const ColorRatio& ratio : ratios) {
     const PairVector factors = factors_of(scene, ratio);
     for (std::size_t c = 0; c < 3; ++c) {
       Sums& sums = channels[c];
@@ -218,20 +218,20 @@ void add_pair(NormalEquations& equations, const Scene& scene, std::span<const Se
 
 /// Calls use(ratios) for each pair of views. \pre those of a pair are beside each other
 template <class Use>
-void each_pair(std::span<const SeamRatio> ratios, const Use& use) {
+void each_pair(std::span<const ColorRatio> ratios, const Use& use) {
   for (auto begin = ratios.begin(); begin != ratios.end();) {
     const auto end = std::upper_bound(begin, ratios.end(), *begin,
-                                      [](const SeamRatio& a, const SeamRatio& b) { return a.views < b.views; });
+                                      [](const ColorRatio& a, const ColorRatio& b) { return a.views < b.views; });
     use(std::span(begin, end));
     begin = end;
   }
 }
 
 /// How bright each view is along its seams, as logarithms, less the median view's.
-std::vector<Logs> brightness(std::span<const SeamRatio> ratios, std::size_t views) {
+std::vector<Logs> brightness(std::span<const ColorRatio> ratios, std::size_t views) {
   std::vector<Logs> sum(views, Logs{});
   std::vector<double> weight(views, 0);
-  for (const SeamRatio& ratio : ratios)
+  for (const ColorRatio& ratio : ratios)
     for (std::size_t s = 0; s < 2; ++s) {
       weight[ratio.views[s]] += ratio.weight;
       for (std::size_t c = 0; c < 3; ++c) sum[ratio.views[s]][c] += ratio.weight * ratio.logs[s][c];
@@ -301,7 +301,7 @@ double gain_slope(const Scene& scene, std::span<const double> weight, std::span<
 }
 
 /// The gains that the photos' EXIF data and their own brightness make likely, as far as gains that seams have found rise with them.
-std::vector<Logs> expected_gains(const Scene& scene, std::span<const SeamRatio> ratios, std::span<const double> weight,
+std::vector<Logs> expected_gains(const Scene& scene, std::span<const ColorRatio> ratios, std::span<const double> weight,
                                  const Unknowns& u, const Eigen::VectorXd& x) {
   std::vector<Logs> expected(u.views, Logs{});
   const std::vector<double> light = missing_light(scene, weight);
@@ -330,19 +330,19 @@ std::vector<Logs> expected_gains(const Scene& scene, std::span<const SeamRatio> 
 }
 
 /// Iteratively reweighted least squares from `x` on.
-void improve(const Scene& scene, std::span<const SeamRatio> ratios, const Unknowns& u, const Prior& prior, double total,
-             int first_round, int end_round, Eigen::VectorXd& x) {
+void improve(const Scene& scene, std::span<const ColorRatio> ratios, const Unknowns& u, const Prior& prior,
+             double total, int first_round, int end_round, Eigen::VectorXd& x) {
   for (int round = first_round; round < end_round; ++round) {
     NormalEquations equations(u.count());
     add_anchors(equations, u, prior, total);
-    each_pair(ratios, [&](std::span<const SeamRatio> of_pair) { add_pair(equations, scene, of_pair, u, x, round); });
+    each_pair(ratios, [&](std::span<const ColorRatio> of_pair) { add_pair(equations, scene, of_pair, u, x, round); });
     std::optional<Eigen::VectorXd> solution = equations.solve();
     if (!solution) return;
     x = std::move(*solution);
   }
 }
 
-Eigen::VectorXd solve(const Scene& scene, std::vector<SeamRatio> ratios, const Unknowns& u) {
+Eigen::VectorXd solve(const Scene& scene, std::vector<ColorRatio> ratios, const Unknowns& u) {
   // The first rounds have a weak prior: their gains tell how much of the photos' brightness is exposure.
   constexpr int kRounds = 10, kFirstRounds = 5;
   double total = 0;
@@ -354,7 +354,7 @@ Eigen::VectorXd solve(const Scene& scene, std::vector<SeamRatio> ratios, const U
     for (const std::uint32_t view : r.views) prior.weight[view] += r.weight;
   }
   // Thousands of ratios of a pair of views add up in the same places of the matrix.
-  std::ranges::stable_sort(ratios, {}, &SeamRatio::views);
+  std::ranges::stable_sort(ratios, {}, &ColorRatio::views);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(u.count());
   improve(scene, ratios, u, prior, total, 0, kFirstRounds, x);
   prior.expected = expected_gains(scene, ratios, prior.weight, u, x);
@@ -375,14 +375,18 @@ void centre_gains(const Unknowns& u, std::span<const double> share, Eigen::Vecto
 }  // namespace
 
 std::vector<ViewExposure> fit_exposure(const AtlasInput& input) {
-  return fit_exposure(input, sample_seams(input, CoverageIndex(input.coverage), find_seams(input)));
+  OverlapRatios overlaps(input);
+  const SeamSamples seams =
+      sample_seams(input, CoverageIndex(input.coverage), find_seams(input), {.overlaps = &overlaps});
+  return fit_exposure(input, seams, overlaps);
 }
 
-std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams) {
-  return fit_exposure(input.scene, seam_ratios(input, seams), faces_of_views(input));
+std::vector<ViewExposure> fit_exposure(const AtlasInput& input, const SeamSamples& seams,
+                                       const OverlapRatios& overlaps) {
+  return fit_exposure(input.scene, color_ratios(input, seams, overlaps), faces_of_views(input));
 }
 
-std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<SeamRatio> ratios,
+std::vector<ViewExposure> fit_exposure(const Scene& scene, std::vector<ColorRatio> ratios,
                                        std::span<const std::size_t> faces) {
   std::vector<ViewExposure> exposure = neutral_exposures(scene);
   if (ratios.empty()) return exposure;

@@ -95,6 +95,11 @@ TEST_F(App, TextureKeepsEveryPromise) {
   const double all = 5 + decodes["seams"].get<double>() + decodes["paint"].get<double>();
   EXPECT_DOUBLE_EQ(decodes["per_photo"], all / 5);
 
+  const auto exposure = record["counts"]["exposure"];
+  EXPECT_EQ(exposure.size(), 5u);
+  for (const auto& view : exposure)
+    for (const auto& gain : view["gain"]) EXPECT_GT(gain.get<double>(), 0);
+
   const std::size_t faces = record["counts"]["faces"];
   std::size_t obj_faces = 0;
   std::istringstream obj(read_file(out_ / "model.obj"));

@@ -314,7 +314,7 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
   s.candidates.first.assign(s.mesh.faces.size() + 1, 0);
   const AtlasInput input{s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage};
   const CoverageIndex coverage(s.coverage);
-  const auto exposure = fit_exposure(input, sample_seams(input, coverage, find_seams(input)));
+  const auto exposure = fit_exposure(input);
   for (std::size_t v = 0; v < kViews; ++v)
     EXPECT_NEAR(std::log(exposure[v].gain[1]) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
@@ -323,7 +323,7 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
 struct Flight {
   static constexpr int kLines = 8, kInLine = 8;
   Scene scene;
-  std::vector<SeamRatio> ratios;
+  std::vector<ColorRatio> ratios;
   std::vector<std::size_t> faces = std::vector<std::size_t>(std::size_t{kLines} * kInLine, 100);
 
   /// \param gain      of a photo's colours
@@ -338,7 +338,7 @@ struct Flight {
     }
     const auto seam = [&](std::uint32_t a, std::uint32_t b) {
       for (int n = 0; n < 5; ++n) {
-        SeamRatio ratio{{a, b}, {}, {}, 10};
+        ColorRatio ratio{{a, b}, {}, {}, 10};
         const WorldPoint &from = scene.views[a].pose.centre, &to = scene.views[b].pose.centre;
         const WorldPoint middle{(from.x + to.x) / 2, (from.y + to.y) / 2 + 0.2 * n, 0};
         // The ground differs from place to place.
