@@ -117,7 +117,8 @@ void add_imperfections(const OptionGroup& group, SynthOptions& options) {
       "ones");
   group.number("--lens-error", options.errors.lens_px, -100.0, 100.0, "PX",
                "Write a lens by which the corners of all photos are off by PX pixels");
-  group.flag("--exposure", options.exposure, "Give each photo its own gain, 0.7 to 1.4, and all of them darker corners");
+  group.flag("--exposure", options.exposure,
+             "Give each photo its own gain, 0.7 to 1.4, and all of them darker corners");
   group.number("--wander", options.wander, 0.0, 0.5, "SHARE",
                "Let gain and white balance wander along the flight: by up to SHARE from photo to photo, 0 to 0.5");
   group.flag("--exif", options.exif, "State how each photo was exposed in its EXIF data, as cameras do");

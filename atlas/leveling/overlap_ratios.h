@@ -6,6 +6,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/blending/coarse_photo.h"
+#include "io/grouping.h"
 
 namespace gpvc::atlas {
 
