@@ -319,6 +319,39 @@ TEST(SeamLeveling, GainsOfManyViewsAreFound) {
     EXPECT_NEAR(std::log(exposure[v].gain[1]) + std::log(gain(v)) - logs, 0, 0.015) << v;
 }
 
+// The seam is halfway between two photos, whose fall-off takes as much from both sides of it.
+TEST(SeamLeveling, OverlapsTellAFallOffThatSeamsDoNot) {
+  AtlasScene s;
+  s.add_plane(24, 12, 0.5);
+  for (std::uint32_t v = 0; v < 2; ++v) {
+    s.add_view(5 + 2.0 * v, 3, 10, 720, 400, 400);
+    s.photograph(v, weak_waves, [](int x, int y, Color c) {
+      const double dx = x + 0.5 - 360, dy = y + 0.5 - 200, r2 = (dx * dx + dy * dy) / (360 * 360 + 200 * 200);
+      return static_cast<float>(1 - 0.3 * r2) * c;
+    });
+  }
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f)
+    s.labels[f] = ViewId{point_at(s.mesh, f, 1.0 / 3, 1.0 / 3).x < 6 ? 0u : 1u};
+  s.graph = labeling::face_graph(s.mesh);
+  // Halfway to a corner, by area.
+  const auto brightened = [&](bool overlap) {
+    s.candidates = {};
+    s.candidates.first.push_back(0);
+    for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+      for (std::uint32_t v = 0; v < 2 && overlap; ++v) {
+        s.candidates.views.push_back(v);
+        s.candidates.costs.push_back(0);
+      }
+      s.candidates.first.push_back(s.candidates.views.size());
+    }
+    io::PhotoCache photos(s.scene, std::size_t{1} << 28);
+    const auto exposure = fit_exposure({s.mesh, s.scene, photos, s.graph, s.labels, s.tags, s.candidates, s.coverage});
+    return std::exp(0.5 * exposure[0].k1 + 0.25 * exposure[0].k2);
+  };
+  EXPECT_LT(brightened(false), 1.05);
+  EXPECT_NEAR(brightened(true), 1 / 0.85, 0.02);
+}
+
 /// Photos of a flight of lines over a plane, and the ratios across the seams halfway between each photo and the next ones.
 struct Flight {
   static constexpr int kLines = 8, kInLine = 8;
