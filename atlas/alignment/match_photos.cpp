@@ -8,6 +8,7 @@
 #include "atlas/alignment/cut_places.h"
 #include "atlas/alignment/place_patches.h"
 #include "atlas/baking/each_photo.h"
+#include "atlas/charts/charts.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {
@@ -20,11 +21,6 @@ constexpr double kPlaceSpacing = 64;
 constexpr std::size_t kMostPlaces = 1 << 17;
 /// Bytes that a place takes, and the least that are compared at a time.
 constexpr std::size_t kPlaceBytes = 5000, kLeastBatch = 256;
-
-WorldPoint middle_of(const Mesh& mesh, std::uint32_t face) {
-  const Triangle& t = mesh.faces[face];
-  return (1.0 / 3) * (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]);
-}
 
 /// Of the views that see the face, other than the reference, the best ones.
 ComparedPlace compared_place(const AtlasInput& input, const SurfacePlace& on) {

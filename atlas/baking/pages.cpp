@@ -281,9 +281,9 @@ class Padder {
       const auto width = static_cast<std::size_t>(width_);
       for (const std::size_t row : {at - width, at, at + width}) {
         const unsigned across = row == at ? 2 : 1;
-        sum.add(pixels + 3 * (row - 1), has_color(row - 1) ? across : 0);
-        if (row != at) sum.add(pixels + 3 * row, has_color(row) ? 2 : 0);
-        sum.add(pixels + 3 * (row + 1), has_color(row + 1) ? across : 0);
+        if (has_color(row - 1)) sum.add(pixels + 3 * (row - 1), across);
+        if (row != at && has_color(row)) sum.add(pixels + 3 * row, 2);
+        if (has_color(row + 1)) sum.add(pixels + 3 * (row + 1), across);
       }
     } else {
       for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {

@@ -28,7 +28,7 @@ class SmoothFill {
     while (levels_.back().has_open()) levels_.push_back(above(levels_.back()));
   }
 
-  /// Calls put(texel, colour) for those that are wanted and unknown; color(texel) gives that of a known one. O(texels).
+  /// Calls put(texel, colour) for those that are wanted and unknown; color(texel) gives that of a known one. O(texels x levels).
   template <typename KnownColor, typename Put>
   void fill(const KnownColor& color, const Put& put) {
     for (std::size_t k = levels_.size(); k-- > 1;) {
@@ -348,7 +348,7 @@ void PartialFiller::fill_chart(const OpenChart& open, const ChartRaster& raster,
     if (known[i] != 0) known[i] = on_page(i).has_value();
   std::unordered_map<std::size_t, Color> seeds;
   for (const Seed& seed : border_seeds(open, layer))
-    seeds.emplace(seed.texel, seed.color);  // the first of a texel counts
+    if (known[seed.texel] == 0) seeds.emplace(seed.texel, seed.color);  // the first of a texel counts
   for (const auto& [texel, color] : seeds) {
     known[texel] = 1;
     if (wanted[texel] != 0) put(texel, color);
@@ -356,7 +356,7 @@ void PartialFiller::fill_chart(const OpenChart& open, const ChartRaster& raster,
   // Of a given layout a chart may have no colour of its own, where others lie over what photos show.
   if (std::ranges::find(known, 1) == known.end()) return put_mean();
   const auto color_of = [&](std::size_t i) {
-    if (!open.known[i]) return seeds.at(i);
+    if (const auto seed = seeds.find(i); seed != seeds.end()) return seed->second;
     const auto texel = on_page(i);
     return page.color(layer, texel->x, texel->y);
   };

@@ -102,7 +102,7 @@ bool contains(const TexelTriangle& t, double x, double y) {
 
 /// \pre the position is not far from the frame
 std::array<int, 2> pixel_around(const PixelPoint& p) {
-  // Without a call of floor(), which processors had no instruction for at first.
+  // Compilers call a function for floor(), unless they may count on processors later than x86-64's first.
   const auto below = [](double value) {
     const int whole = static_cast<int>(value);
     return whole - (value < whole ? 1 : 0);
@@ -112,6 +112,7 @@ std::array<int, 2> pixel_around(const PixelPoint& p) {
 
 /// The pixel whose coverage decides for a place on the face. Coverage is known at pixel centres inside the face: where
 /// the centre of the place's own pixel lies outside, the nearest neighbouring pixel whose centre lies inside decides.
+// Not inlined: few places need it, and those that do not are faster without its code around them.
 [[gnu::noinline]] std::array<int, 2> deciding_pixel(const TexelSource& source, const PixelPoint& p) {
   const auto [px, py] = pixel_around(p);
   const visibility::FaceCoverage& c = *source.coverage;

@@ -11,6 +11,7 @@
 #include "atlas/baking/coverage_index.h"
 #include "atlas/charts/triangle_spans.h"
 #include "io/grouping.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
@@ -70,6 +71,11 @@ inline std::uint32_t tile_of(const AtlasInput& input, std::size_t face) {
 /// False for unseen faces.
 inline bool has_view(const AtlasInput& input, std::size_t face) {
   return input.labels[face] != kNoView && labeling::has_candidates(input.tags[face]);
+}
+
+inline WorldPoint middle_of(const Mesh& mesh, std::uint32_t face) {
+  const Triangle& t = mesh.faces[face];
+  return (1.0 / 3) * (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]);
 }
 
 /// Which of the face's corners the vertex is. \pre one of them is

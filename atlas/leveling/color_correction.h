@@ -87,8 +87,9 @@ Color gain_at(const ViewExposure& exposure, const PixelPoint& frame);
 ///   within kMostGain.
 /// - Highlights, see with_highlights().
 Color corrected(const Color& exposed, const Color& added, const Color& gain);
-/// Channel values above kHighlight are compressed if the gain is above 1, so that only what is 255 in the photo becomes 255.
+/// Grey levels from which on a channel is a highlight.
 inline constexpr float kHighlight = 200;
+/// Channel values above kHighlight are compressed if the gain is above 1, so that only what is 255 in the photo becomes 255.
 float with_highlights(float exposed, float gain);
 
 /// gain_at in the neighbourhood of a position, without an exponential for each place. Where the fall-off changes the

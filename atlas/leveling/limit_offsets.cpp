@@ -70,11 +70,13 @@ std::vector<StoredColor> sample_colors(const AtlasInput& input, const BlendWeigh
   return colors;
 }
 
-/// Infinite ones where `main` is not among several views at the vertex.
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr AddedRange kUnlimited{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+
+/// kUnlimited where `main` is not among several views at the vertex.
 AddedRange range_at(const BlendWeights& blending, std::uint32_t vertex, std::uint32_t main,
                     std::span<const StoredColor> colors) {
-  constexpr float kFar = std::numeric_limits<float>::infinity();
-  Color least{kFar, kFar, kFar}, most{-kFar, -kFar, -kFar}, without_offset;
+  Color least = kUnlimited.most, most = kUnlimited.least, without_offset;
   bool has_main = false;
   std::size_t i = 0;
   for (const BlendView& each : blending.at(vertex)) {
@@ -88,7 +90,7 @@ AddedRange range_at(const BlendWeights& blending, std::uint32_t vertex, std::uin
     without_offset = without_offset + color;
     has_main = true;
   }
-  if (!has_main) return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+  if (!has_main) return kUnlimited;
   const Color room{kOffsetTolerance, kOffsetTolerance, kOffsetTolerance};
   return {least - without_offset - room, most - without_offset + room};
 }
@@ -118,8 +120,7 @@ std::vector<AddedRange> find_added_ranges(const AtlasInput& input, const BlendWe
   for (std::uint32_t vertex = 0; vertex < blending.vertices(); ++vertex)
     first.push_back(first.back() + blending.at(vertex).size());
   const std::vector<StoredColor> colors = sample_colors(input, blending, correction, first);
-  constexpr float kFar = std::numeric_limits<float>::infinity();
-  std::vector<AddedRange> ranges(correction.offsets.size(), {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}});
+  std::vector<AddedRange> ranges(correction.offsets.size(), kUnlimited);
   std::vector<char> done(correction.offsets.size(), 0);
   for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
     if (!has_view(input, face) || is_finished(input, face)) continue;

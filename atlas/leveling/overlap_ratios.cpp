@@ -19,11 +19,6 @@ namespace {
 /// A few hundred ratios tell a photo's gain to a few thousandths, as photos differ by a tenth at single places.
 std::size_t most_sights(std::size_t views) { return std::max<std::size_t>(8000, 200 * views); }
 
-WorldPoint middle_of(const Mesh& mesh, std::uint32_t face) {
-  const Triangle& t = mesh.faces[face];
-  return (1.0 / 3) * (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]);
-}
-
 }  // namespace
 
 OverlapRatios::OverlapRatios(const AtlasInput& input) : input_(&input) {
@@ -34,14 +29,16 @@ OverlapRatios::OverlapRatios(const AtlasInput& input) : input_(&input) {
   std::size_t all = 0;
   for (std::uint32_t face = 0; face < input.candidates.faces(); ++face)
     if (is_taken(face)) all += input.candidates.views_of(face).size();
+  // The list of all faces' candidates is cut into parts, and a face at each cut is taken.
+  constexpr std::size_t kOfAFace = 8;  // candidates, about
   const std::size_t most = most_sights(input.scene.views.size());
-  // Faces whose last candidate is in another part of so many than the one before the first.
+  const auto part_of = [&](std::size_t candidate) { return candidate * most / all / kOfAFace; };
   std::size_t before = 0;
   for (std::uint32_t face = 0; face < input.candidates.faces(); ++face) {
     if (!is_taken(face)) continue;
     const auto views = input.candidates.views_of(face);
     const std::size_t after = before + views.size();
-    if (all <= most || before * most / all / 8 != after * most / all / 8)
+    if (all <= most || part_of(before) != part_of(after))
       for (const std::uint32_t view : views) sights_.push_back({face, view, false, {}, {}});
     before = after;
   }
