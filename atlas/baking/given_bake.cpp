@@ -103,7 +103,7 @@ void bake_given_band(AtlasBuild& build, const ViewPhoto& photo, std::uint32_t nu
           const std::uint32_t face = raster.owner[i];
           const TexelSource* source = sources.of(face);
           if (!source) continue;
-          sampler.begin(*source, y);
+          sampler.begin(*source, y, x, 1);
           const auto exposed = sampler.sample(x, samples);
           if (!exposed) continue;
           const Color added = build.correction.added(face, build.set.corners[face], x + 0.5, y + 0.5, strip.at(x, y));

@@ -25,7 +25,7 @@ void take_view(PartialChart& part, AtlasBuild& build, const ViewPhoto& photo) {
   for (const TexelShares& shares : part.shares_of(photo.id)) {
     const TexelSource& source = part.sources[shares.source];
     const int y = box.y0 + static_cast<int>(shares.texel / width);
-    sampler.begin(source, y);
+    sampler.begin(source, y, box.x0 + static_cast<int>(shares.texel % width), shares.count);
     for (std::uint32_t number = shares.texel; number < shares.texel + shares.count; ++number) {
       const int x = box.x0 + static_cast<int>(number % width);
       const auto exposed = sampler.sample(x, samples);

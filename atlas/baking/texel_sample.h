@@ -21,19 +21,18 @@ class TexelSampler {
  public:
   TexelSampler(const AtlasBuild& build, const ViewPhoto& photo) : build_(build), photo_(photo) {}
 
-  /// Begins with texels of a source in a row; borrows the source.
-  void begin(const TexelSource& source, int y) {
-    source_ = &source;
-    y_ = y;
-    inner_.clear();
-  }
-  /// One bicubic sample where the texel is as fine as the photo's pixels, else the mean of a grid of samples over its square, those
-  /// that do not show the face left out. In a given layout samples stay close to the face if the square takes many pixels: a texel
+  /// Begins with texels first .. first + count - 1 of a source in a row, at most kStripRow; borrows the source.
+  void begin(const TexelSource& source, int y, int first, int count);
+  /// One bicubic sample where the texel is about as fine as the photo's pixels, else the mean of a grid of samples over its square, one
+  /// for each pixel, those that do not show the face left out. In a given layout samples stay close to the face if the square takes many pixels: a texel
   /// that is larger than its face has the face's colour. nullopt where the view shows nothing.
-  /// \param samples become the means of the layers after the first
+  /// \pre the texel is one of those begun with \param samples become the means of the layers after the first
   std::optional<ExposedTexel> sample(int x, std::vector<Color>& samples);
 
  private:
+  std::optional<ExposedTexel> one_sample(int x, std::vector<Color>& samples) const;
+  std::optional<ExposedTexel> mean_of_samples(int x, std::vector<Color>& samples);
+  Overshoot overshoot() const;
   /// Of one of so many rows of samples.
   const InnerRow& inner(int row, int rows);
 
@@ -41,6 +40,8 @@ class TexelSampler {
   const ViewPhoto& photo_;
   const TexelSource* source_ = nullptr;
   int y_ = 0;
+  bool takes_one_ = false;         ///< each texel takes one sample
+  std::optional<LocalGain> gain_;  ///< of these texels, if so and if there are gains
   std::vector<InnerRow> inner_;  ///< of the rows of samples that the last texel had
 };
 
