@@ -97,6 +97,48 @@ double black_edge(const Image& photo) {
   return static_cast<double>(black) / (2.0 * (photo.width + photo.height));
 }
 
+/// The least area of what is no hole in the mesh.
+std::size_t least_cells(std::size_t cells) { return static_cast<std::size_t>(kLeastArea * static_cast<double>(cells)); }
+
+/// Whether so many cells at the edge of the frame surround what it shows.
+bool surrounds(std::size_t edge, int columns, int rows) {
+  return static_cast<double>(edge) >= kLeastSurrounding * 2 * (columns + rows - 2);
+}
+
+/// By how much the ray through the middle of a cell rises above the horizon: the sine of the angle.
+double rise_of(const View& view, Place cell, const WorldPoint& up) {
+  const WorldPoint ray = ray_of(view, {(cell.x + 0.5) * kFrameCell, (cell.y + 0.5) * kFrameCell});
+  return dot(ray, up) / length(ray);
+}
+
+/// False where find_bare() would find nothing, as in most photos of a flight that look down on the border of the mesh: told from
+/// the first pixel of each cell alone. It has no face in any cell that has none. The cells of a sky rise in the mean, so one of
+/// them does. Those of what is black have means of kBlack at most and a spread of kMostSpread, and no number of n is farther from
+/// their mean than their standard deviation times the root of n - 1.
+bool may_have_background(const View& view, const Image& photo, const visibility::Ivm& ivm, const WorldPoint& up,
+                         const PhotoLookup& lookup) {
+  static const float kBlackPixel = kBlack + kMostSpread * std::sqrt(kFrameCell * kFrameCell - 1.0F) + 1;  // rounding
+  const int columns = (ivm.width + kFrameCell - 1) / kFrameCell, rows = (ivm.height + kFrameCell - 1) / kFrameCell;
+  std::size_t edge = 0, black = 0;
+  std::vector<std::uint32_t> photo_pixels;
+  for (int y = 0; y < rows; ++y) {
+    bool has_bare = false;
+    for (int x = 0; x < columns; ++x) {
+      if (ivm.at(x * kFrameCell, y * kFrameCell) != kNoFace) continue;
+      if (!has_bare) lookup.find_row(y * kFrameCell, photo_pixels);
+      has_bare = true;
+      const std::uint32_t pixel = photo_pixels[static_cast<std::size_t>(x) * kFrameCell];
+      if (pixel == PhotoLookup::kNoPixel) continue;
+      if (rise_of(view, {x, y}, up) > kSkyRise) return true;
+      edge += x == 0 || y == 0 || x + 1 == columns || y + 1 == rows ? 1U : 0U;
+      const std::uint8_t* rgb = photo.pixels.data() + 3 * std::size_t{pixel};
+      black += static_cast<float>(rgb[0] + 2 * rgb[1] + rgb[2]) <= 4 * kBlackPixel ? 1U : 0U;
+    }
+  }
+  const std::size_t cells = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  return surrounds(edge, columns, rows) || (black > 0 && black >= least_cells(cells));
+}
+
 }  // namespace
 
 struct BackgroundFinder::State {
@@ -205,18 +247,18 @@ void BackgroundFinder::State::find_bare(const View& view, const WorldPoint& up) 
     Area area = flood_bare(at, view, up);
     if (area.cells.size() >= kLeastSpot) areas.push_back(std::move(area));
   });
-  const auto least = static_cast<std::size_t>(kLeastArea * static_cast<double>(cells.cells.size()));
+  const std::size_t least = least_cells(cells.cells.size());
   const auto is_large = [&](const Area& area) { return area.cells.size() >= least; };
   std::size_t edge = 0;
   for (const Area& area : areas) edge += is_large(area) ? area.edge : 0;
-  const bool surrounds = static_cast<double>(edge) >= kLeastSurrounding * 2 * (cells.columns + cells.rows - 2);
+  const bool surrounding = surrounds(edge, cells.columns, cells.rows);
   std::fill(kind_.begin(), kind_.end(), Kind::other);
   Color least_color{255, 255, 255}, most_color{};
   const auto accept = [&](const Area& area) {
     for (const Place& at : area.cells) kind_[index_of(at)] = Kind::background;
   };
   for (const Area& area : areas) {
-    if (!is_large(area) || !(surrounds || area.is_sky() || area.is_black())) continue;
+    if (!is_large(area) || !(surrounding || area.is_sky() || area.is_black())) continue;
     accept(area);
     has_sky_ |= area.is_sky();
     for (std::size_t c = 0; c < 3; ++c) {
@@ -226,7 +268,7 @@ void BackgroundFinder::State::find_bare(const View& view, const WorldPoint& up) 
   }
   // Holes of the mesh through which the same is seen.
   for (const Area& area : areas) {
-    bool same = !is_large(area) && (surrounds || area.is_sky() || area.is_black());
+    bool same = !is_large(area) && (surrounding || area.is_sky() || area.is_black());
     for (std::size_t c = 0; c < 3; ++c) same = same && area.least[c] >= least_color[c] && area.most[c] <= most_color[c];
     if (same) accept(area);
   }
@@ -239,8 +281,7 @@ BackgroundFinder::State::Area BackgroundFinder::State::flood_bare(Place seed, co
   kind_[index_of(seed)] = Kind::background;
   for (std::size_t next = 0; next < area.cells.size(); ++next) {
     const Place from = area.cells[next];
-    const WorldPoint ray = ray_of(view, {(from.x + 0.5) * kFrameCell, (from.y + 0.5) * kFrameCell});
-    area.rise += dot(ray, up) / length(ray);
+    area.rise += rise_of(view, from, up);
     area.edge += is_at_edge(from) ? 1 : 0;
     for (std::size_t c = 0; c < 3; ++c) {
       area.least[c] = std::min(area.least[c], cell(from).mean[c]);
@@ -399,11 +440,13 @@ bool BackgroundFinder::find(const View& view, const Image& photo, const io::Phot
   const bool has_bare = bare_share(ivm) >= kLeastArea;
   const bool has_border = view.camera.distortion.is_identity() && black_edge(photo) >= kLeastBorder;
   if (!has_bare && !has_border) return false;
+  const PhotoLookup lookup(view.camera);
+  if (!has_border && !may_have_background(view, photo, ivm, up, lookup)) return false;
   state_->cells.fill(view.camera, photo, excluded, ivm);
   state_->find_bare(view, up);
   state_->follow();
   if (has_border) state_->add_borders();
-  return state_->mark_pixels(photo, PhotoLookup(view.camera), ivm);
+  return state_->mark_pixels(photo, lookup, ivm);
 }
 
 }  // namespace gpvc::labeling
