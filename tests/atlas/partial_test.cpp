@@ -26,11 +26,15 @@ struct HiddenGround {
   };
   std::vector<std::vector<Box>> hidden;
 
-  explicit HiddenGround(std::vector<std::vector<Box>> boxes, double shift = 0) : hidden(std::move(boxes)) {
+  /// \param zoom of the views after the first
+  explicit HiddenGround(std::vector<std::vector<Box>> boxes, double shift = 0, double zoom = 1)
+      : hidden(std::move(boxes)) {
     s.add_plane(1, 1, 8.0);
     s.tags.assign(2, labeling::FaceTag::partial);
     for (std::size_t v = 0; v < hidden.size(); ++v) {
-      s.add_view(3.5 + double(v), 4.2 + (v == 0 ? 2 * shift : -shift), kHeight, 420, 400, kFocal);
+      const double by = v == 0 ? 1 : zoom;
+      s.add_view(3.5 + double(v), 4.2 + (v == 0 ? 2 * shift : -shift), kHeight, static_cast<int>(420 * by),
+                 static_cast<int>(400 * by), kFocal * by);
       s.photograph(v, ground, [&, v](int x, int y, Color c) { return is_hidden(v, x, y) ? kOccluder : c; });
       for (std::uint32_t face = 0; face < 2; ++face) cover(face, v);
     }
@@ -161,6 +165,50 @@ TEST(Partial, OriginsAreThePlacesThatColorsComeFrom) {
   EXPECT_GT(of[0], 100);
   EXPECT_GT(of[1], 30);
   EXPECT_GT(of[2], 10);
+}
+
+/// A texel of another view's photo takes a sample for each of the photo's pixels along its edge, rounded.
+TEST(Partial, TexelsTakeASampleForEachPixel) {
+  for (const auto& [zoom, samples] : {std::pair(1.3, 1), {2.0, 2}, {2.7, 3}}) {
+    HiddenGround g({{{3, 1, 5, 3}}, {}}, 0, zoom);
+    g.s.photograph(1, ground, [](int x, int y, Color c) { return (x / 2 + y / 3) % 2 == 0 ? c : 0.5f * c; });
+    AtlasOptions options;
+    options.seams = SeamLeveling::none;
+    options.blend = Blending::none;
+    const TextureAtlas atlas = g.s.build(options);
+    const Image photo = *io::PhotoCache(g.s.scene, 0).photo(ViewId{1});
+    // Face 0 is (0, 0) (8, 0) (8, 8) on the ground. Texels in the middle of what is hidden.
+    const Image& page = atlas.pages[atlas.model.face_page[0]];
+    TexelTriangle corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const io::TexCoord t = atlas.model.texcoords[atlas.model.face_texcoords[0][k]];
+      corners[k] = {double{t.u} * page.width, double{t.v} * page.height};
+    }
+    const auto sample_at = [&](double x, double y) {
+      const std::array<double, 3> share = shares_at(corners, x, y);
+      const WorldPoint p = point_at(g.s.mesh, 0, share[0], share[1]);
+      const View& view = g.s.scene.views[1];
+      const PixelPoint at = pixel_from_camera(view.camera, camera_from_world(view.pose, p));
+      return sample_bicubic(photo, at.x, at.y);
+    };
+    int looked_at = 0;
+    float worst = 0;
+    for (int y = 0; y < page.height; ++y)
+      for (int x = 0; x < page.width; ++x) {
+        const std::array<double, 3> share = shares_at(corners, x + 0.5, y + 0.5);
+        const WorldPoint p = point_at(g.s.mesh, 0, share[0], share[1]);
+        if (!in_rectangle(p, 3.5, 1.5, 4.5, 2.5)) continue;
+        Color mean;
+        for (int i = 0; i < samples * samples; ++i)
+          mean = mean + (1.0f / static_cast<float>(samples * samples)) *
+                            sample_at(x + (i % samples + 0.5) / samples, y + (i / samples + 0.5) / samples);
+        const std::uint8_t* texel = page.at(x, y);
+        worst = std::max(worst, std::abs(static_cast<float>(texel[0]) - mean.r));
+        ++looked_at;
+      }
+    EXPECT_GT(looked_at, 500);
+    EXPECT_LE(worst, 1.0f) << samples;
+  }
 }
 
 /// If every view has an occluder close by, a view in which no neighbouring pixel is hidden is preferred, because

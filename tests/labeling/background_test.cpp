@@ -116,6 +116,16 @@ TEST(Background, IsABackdropAllAround) {
   EXPECT_LE(look(photo, mesh_of(mesh), thing, {0, 0, -1}).background, 20u);
 }
 
+// A hole that is cut out of a photo from above, noisy black, far from the frame's edge.
+TEST(Background, IsWhatIsCutOut) {
+  const Shape hole = box(150, 100, 270, 220), bare = box(160, 110, 260, 210);
+  const Image photo = paint([&](int x, int y) { return hole(x, y) ? Rgb{7, 7, 7} : brick(x, y); }, 5);
+  const visibility::Ivm ivm = mesh_of([&](int x, int y) { return !bare(x, y); });
+  const auto beside = [&](int x, int y) { return hole(x, y) && !bare(x, y); };
+  const std::size_t rim = 120 * 120 - 100 * 100;
+  EXPECT_GE(look(photo, ivm, beside, {0, 0, -1}).background, rim * 95 / 100);
+}
+
 // A black car before black: nothing tells where it ends, so that all of it is kept.
 TEST(Background, IsNoSurfaceOfItsColour) {
   const Shape car = box(100, 80, 380, 280);
