@@ -55,8 +55,8 @@ bool takes_one_sample(const FrameFromTexel& frame_from_texel, int y, int first, 
   const auto down = [&](std::size_t row, double x) {
     return m[row + 1] * (m[6] * x + m[8]) - m[7] * (m[row] * x + m[row + 2]);
   };
-  const double longest =
-      std::max({length({across(0), across(3)}), length({down(0, x0), down(3, x0)}), length({down(0, x1), down(3, x1)})});
+  const double longest = std::max(
+      {length({across(0), across(3)}), length({down(0, x0), down(3, x0)}), length({down(0, x1), down(3, x1)})});
   return longest < kSinglePx * least * least;
 }
 

@@ -42,7 +42,7 @@ class TexelSampler {
   int y_ = 0;
   bool takes_one_ = false;         ///< each texel takes one sample
   std::optional<LocalGain> gain_;  ///< of these texels, if so and if there are gains
-  std::vector<InnerRow> inner_;  ///< of the rows of samples that the last texel had
+  std::vector<InnerRow> inner_;    ///< of the rows of samples that the last texel had
 };
 
 /// Offsets of a chart's strip at texels that come in blocks of kStripRow x kStripRow, row by row.
