@@ -88,6 +88,7 @@ void TexelSampler::begin(const TexelSource& source, int y, int first, int count)
   gain_.reset();
   takes_one_ = takes_one_sample(source.frame_from_texel, y, first, count);
   if (!takes_one_ || build_.correction.exposure.empty()) return;
+  // In front of the camera, as the corners of the row are.
   if (const auto middle = source.frame_from_texel(first + 0.5 * count, y + 0.5))
     gain_.emplace(build_.correction.exposure[index(photo_.id)], *middle);
 }
