@@ -1,9 +1,9 @@
 #include "atlas/alignment/surface_grid.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <unordered_set>
 #include <vector>
 
 #include "atlas/charts/chart_raster.h"
@@ -18,16 +18,51 @@ constexpr double kHalf = (kPatchEdge - 1) / 2.0 * io::kCoarsePixel;
 /// A grid has points for a seventh of them.
 constexpr std::size_t kMostFaces = 4096;
 
-/// Columns or rows of a grid whose positions lie between two, on one axis.
+/// Columns or rows of a grid whose positions lie between two, on one axis: none unless first < end.
 struct Range {
   std::size_t first = 0, end = 0;
 };
 Range between(double low, double high, double at) {
   const auto place = [&](double position) { return (position - (at - kHalf)) / io::kCoarsePixel; };
-  const double first = std::ceil(std::clamp(place(low), 0.0, double{kPatchEdge}));
-  const double last = std::floor(std::clamp(place(high), -1.0, kPatchEdge - 1.0));
-  return {static_cast<std::size_t>(first), static_cast<std::size_t>(std::max(first, last + 1))};
+  const double first = std::clamp(place(low), 0.0, double{kPatchEdge});
+  const double last = std::clamp(place(high), -1.0, kPatchEdge - 1.0);
+  // Rounded up and down without std::ceil() and std::floor(), which are calls on the baseline processor.
+  const auto whole = static_cast<std::size_t>(first);
+  return {whole + (static_cast<double>(whole) < first ? 1 : 0), last < 0 ? 0 : static_cast<std::size_t>(last) + 1};
 }
+
+/// Faces, each once, in the order in which they were first added.
+class FaceList {
+ public:
+  std::size_t size() const { return faces_.size(); }
+  std::uint32_t operator[](std::size_t i) const { return faces_[i]; }
+  /// False if it was added before.
+  bool add(std::uint32_t face) {
+    std::uint32_t& slot = slot_of(face);
+    if (slot == face) return false;
+    slot = face;
+    faces_.push_back(face);
+    if (2 * faces_.size() > slots_.size()) grow();
+    return true;
+  }
+
+ private:
+  /// The face's, or the free one that it is to have.
+  std::uint32_t& slot_of(std::uint32_t face) {
+    const std::size_t last = slots_.size() - 1;
+    // Of numbers that follow each other the upper bits of this product differ most (Knuth, The Art of Computer Programming 3, 6.4).
+    std::size_t at = (face * 0x9E3779B1u) >> (32 - std::countr_zero(slots_.size()));
+    while (slots_[at] != face && slots_[at] != kNoOwner) at = (at + 1) & last;
+    return slots_[at];
+  }
+  void grow() {
+    slots_.assign(2 * slots_.size(), kNoOwner);
+    for (const std::uint32_t face : faces_) slot_of(face) = face;
+  }
+
+  std::vector<std::uint32_t> faces_;
+  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(1024, kNoOwner);  ///< a power of two
+};
 
 struct Plane {
   WorldPoint normal;
@@ -67,7 +102,20 @@ double turn(const PixelPoint& a, const PixelPoint& b, const PixelPoint& p) {
 bool contains(const FrameTriangle& corners, const PixelPoint& p) {
   const auto& [a, b, c] = corners;
   const double s = turn(a, b, p), t = turn(b, c, p), u = turn(c, a, p);
-  return (s >= 0 && t >= 0 && u >= 0) || (s <= 0 && t <= 0 && u <= 0);
+  // Without branches: which of them a point takes is not foreseen.
+  const int right = int{s >= 0} & int{t >= 0} & int{u >= 0}, left = int{s <= 0} & int{t <= 0} & int{u <= 0};
+  return (right | left) != 0;
+}
+
+/// Faces around a place lie all over the memory of a mesh: they are fetched while those before are in use.
+void prefetch_face(const Mesh& mesh, const FaceNeighbours& neighbours, std::uint32_t face) {
+  __builtin_prefetch(&mesh.faces[face]);
+  __builtin_prefetch(&neighbours.first[face]);
+}
+/// To be called later than the above.
+void prefetch_corners(const Mesh& mesh, const FaceNeighbours& neighbours, std::uint32_t face) {
+  for (const std::uint32_t vertex : mesh.faces[face]) __builtin_prefetch(&mesh.positions[vertex]);
+  __builtin_prefetch(neighbours.items.data() + neighbours.first[face]);
 }
 
 /// Rays of a view's frame: that of (x, y) is base + x along_x + y along_y.
@@ -93,9 +141,11 @@ std::optional<SurfaceGrid> surface_around(const Mesh& mesh, const FaceNeighbours
   grid.faces.fill(kNoOwner);
   grid.depth.fill(std::numeric_limits<float>::infinity());
   if (!frame_triangle(mesh, view, place.face)) return std::nullopt;
-  std::vector<std::uint32_t> around{place.face};
-  std::unordered_set<std::uint32_t> is_around{place.face};
+  FaceList around;
+  around.add(place.face);
   for (std::size_t i = 0; i < around.size(); ++i) {
+    constexpr std::size_t kAhead = 4;
+    if (i + kAhead < around.size()) prefetch_corners(mesh, neighbours, around[i + kAhead]);
     const auto corners = frame_triangle(mesh, view, around[i]);
     if (!corners) continue;
     const auto& [a, b, c] = *corners;
@@ -119,7 +169,7 @@ std::optional<SurfaceGrid> surface_around(const Mesh& mesh, const FaceNeighbours
     }
     if (around.size() > kMostFaces) return std::nullopt;
     for (const std::uint32_t next : neighbours[around[i]])
-      if (is_around.insert(next).second) around.push_back(next);
+      if (around.add(next)) prefetch_face(mesh, neighbours, next);
   }
   const Plane own = plane_of(mesh, view, place.face);
   for (std::size_t row = 0; row < kPatchEdge; ++row) {
