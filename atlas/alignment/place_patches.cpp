@@ -11,20 +11,34 @@ namespace gpvc::atlas {
 
 namespace {
 
-/// True if the view shows the grid's faces whole, but for a tenth of its points.
-bool shows(const AtlasInput& input, const SurfaceGrid& grid, ViewId view) {
-  std::size_t shown = 0;
+/// The reference and the others.
+std::array<ViewId, 1 + ComparedPlace::kMostOthers> views_of(const ComparedPlace& place) {
+  std::array<ViewId, 1 + ComparedPlace::kMostOthers> views{place.on.reference};
+  std::ranges::copy(place.others, views.begin() + 1);
+  return views;
+}
+
+/// Which of the first `count` views show the grid's faces whole, but for a tenth of its points.
+template <std::size_t kViews>
+std::array<bool, kViews> showing(const AtlasInput& input, const SurfaceGrid& grid,
+                                 const std::array<ViewId, kViews>& views, std::size_t count) {
+  std::array<std::size_t, kViews> points{};
+  std::array<bool, kViews> sees{};
   std::uint32_t before = kNoOwner;
-  bool seen = false;
   for (const std::uint32_t face : grid.faces) {
     if (face == kNoOwner) continue;
-    if (face != before)
-      seen = input.tags[face] == labeling::FaceTag::seen &&
-             std::ranges::binary_search(input.candidates.views_of(face), static_cast<std::uint32_t>(index(view)));
+    if (face != before) {
+      sees = {};
+      if (input.tags[face] == labeling::FaceTag::seen)
+        for (const std::uint32_t view : input.candidates.views_of(face))
+          for (std::size_t k = 0; k < count; ++k) sees[k] = sees[k] || view == index(views[k]);
+    }
     before = face;
-    if (seen) ++shown;
+    for (std::size_t k = 0; k < count; ++k) points[k] += sees[k] ? 1 : 0;
   }
-  return 10 * shown >= 9 * grid.faces.size();
+  std::array<bool, kViews> shows{};
+  for (std::size_t k = 0; k < count; ++k) shows[k] = 10 * points[k] >= 9 * grid.faces.size();
+  return shows;
 }
 
 }  // namespace
@@ -36,16 +50,18 @@ PlacePatches::PlacePatches(const AtlasInput& input, const FaceNeighbours& neighb
   tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
     const ComparedPlace& place = places[i];
     const auto grid = surface_around(input.mesh, neighbours, input.scene, place.on);
-    if (!grid || !shows(input, *grid, place.on.reference)) return;
+    if (!grid) return;
+    const auto shows = showing(input, *grid, views_of(place), 1 + place.count);
+    // Without the reference nothing is compared, and without an other.
+    if (!shows[0] || std::ranges::count(shows, true) < 2) return;
     depths_[i] = grid->depth;
-    for (std::size_t k = 0; k < place.count; ++k) wanted[i][k + 1] = shows(input, *grid, place.others[k]);
-    wanted[i][0] = std::ranges::any_of(wanted[i], [](bool is) { return is; });
+    wanted[i] = shows;
   });
   of_view_ = group_items<Taken>(input.scene.views.size(), [&](const auto& emit) {
     for (std::uint32_t i = 0; i < places.size(); ++i) {
-      if (wanted[i][0]) emit(index(places[i].on.reference), Taken{i, 0});
-      for (std::uint32_t k = 1; k < kPatches; ++k)
-        if (wanted[i][k]) emit(index(places[i].others[k - 1]), Taken{i, k});
+      const auto views = views_of(places[i]);
+      for (std::uint32_t k = 0; k < kPatches; ++k)
+        if (wanted[i][k]) emit(index(views[k]), Taken{i, k});
     }
   });
 }
