@@ -1,7 +1,9 @@
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
-#include <tuple>
 #include <utility>
 
 #include "atlas/alignment/alignment.h"
@@ -35,36 +37,52 @@ ComparedPlace compared_place(const AtlasInput& input, const SurfacePlace& on) {
   return place;
 }
 
-/// In each square of a view's frame, of the faces that the view textures, the one whose middle is nearest to the square's.
-std::vector<ComparedPlace> places_to_match(const AtlasInput& input) {
-  struct Found {
-    std::uint32_t view;
-    std::int32_t row, column;
-    double distance2;
-    std::uint32_t face;
-    PixelPoint at;
-    auto square() const { return std::tuple(view, row, column); }
+/// Per view the faces that are textured from it and seen by another one as well.
+Grouped<std::uint32_t> faces_to_match(const AtlasInput& input) {
+  return group_items<std::uint32_t>(input.scene.views.size(), [&](const auto& add) {
+    for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
+      if (input.labels[face] == kNoView || input.tags[face] != labeling::FaceTag::seen) continue;
+      if (!input.border.empty() && input.border[face] != 0) continue;
+      if (input.candidates.views_of(face).size() > 1) add(index(input.labels[face]), face);
+    }
+  });
+}
+
+/// In each square of the view's frame, of the faces the one whose middle is nearest to the square's; row-major.
+std::vector<SurfacePlace> places_of_view(const AtlasInput& input, ViewId id, std::span<const std::uint32_t> faces) {
+  const View& view = input.scene.views[index(id)];
+  struct Nearest {
+    SurfacePlace place;
+    double distance2 = std::numeric_limits<double>::infinity();
   };
-  std::vector<Found> found;
-  for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (input.labels[face] == kNoView || input.tags[face] != labeling::FaceTag::seen) continue;
-    if (!input.border.empty() && input.border[face] != 0) continue;
-    if (input.candidates.views_of(face).size() < 2) continue;
-    const auto view = static_cast<std::uint32_t>(index(input.labels[face]));
-    const auto at = pixel_from_world(input.scene.views[view], middle_of(input.mesh, face));
-    if (!at || !is_in_frame(input.scene.views[view].camera, *at)) continue;
-    const double column = std::floor(at->x / kPlaceSpacing), row = std::floor(at->y / kPlaceSpacing);
+  const auto squares = [](int edge) { return static_cast<int>(edge / kPlaceSpacing) + 1; };
+  const int columns = squares(view.camera.width), rows = squares(view.camera.height);
+  std::vector<Nearest> nearest(pixel_index(0, rows, columns));
+  for (const std::uint32_t face : faces) {
+    const auto at = pixel_from_world(view, middle_of(input.mesh, face));
+    if (!at || !is_in_frame(view.camera, *at)) continue;
+    const int column = static_cast<int>(at->x / kPlaceSpacing), row = static_cast<int>(at->y / kPlaceSpacing);
     const double x = at->x / kPlaceSpacing - column - 0.5, y = at->y / kPlaceSpacing - row - 0.5;
-    found.push_back(
-        {view, static_cast<std::int32_t>(row), static_cast<std::int32_t>(column), x * x + y * y, face, *at});
+    Nearest& found = nearest[pixel_index(column, row, columns)];
+    if (x * x + y * y < found.distance2) found = {{id, *at, face}, x * x + y * y};
   }
-  std::ranges::sort(found, {}, [](const Found& f) { return std::tuple(f.square(), f.distance2, f.face); });
-  const auto same = [](const Found& a, const Found& b) { return a.square() == b.square(); };
-  found.erase(std::unique(found.begin(), found.end(), same), found.end());
+  std::vector<SurfacePlace> places;
+  for (const Nearest& found : nearest)
+    if (std::isfinite(found.distance2)) places.push_back(found.place);
+  return places;
+}
+
+/// A place in each square of the views' frames, by view.
+std::vector<ComparedPlace> places_to_match(const AtlasInput& input) {
+  const Grouped<std::uint32_t> faces = faces_to_match(input);
+  std::vector<std::vector<SurfacePlace>> of_views(faces.groups());
+  tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(of_views.size()),
+                    [&](std::uint32_t v) { of_views[v] = places_of_view(input, ViewId{v}, faces[v]); });
+  std::vector<SurfacePlace> found;
+  for (const std::vector<SurfacePlace>& places : of_views) found.insert(found.end(), places.begin(), places.end());
   std::vector<ComparedPlace> places;
   const std::size_t stride = found.size() / kMostPlaces + 1;
-  for (std::size_t i = 0; i < found.size(); i += stride)
-    places.push_back(compared_place(input, {ViewId{found[i].view}, found[i].at, found[i].face}));
+  for (std::size_t i = 0; i < found.size(); i += stride) places.push_back(compared_place(input, found[i]));
   return places;
 }
 
