@@ -6,6 +6,7 @@
 #include "atlas/baking/sampling.h"
 #include "io/photos.h"
 #include "io/vector.h"
+#include "io/wide_clones.h"
 
 namespace gpvc::atlas {
 
@@ -257,14 +258,13 @@ std::uint8_t level_at(const CoarseLuma& luma, const PhotoPoint& q) {
 
 }  // namespace
 
-CoarseLuma coarse_luma(const Image& means) {
-  CoarseLuma luma{means.width, means.height, {}};
-  luma.levels.resize(means.pixels.size() / 3);
+GPVC_WIDE_CLONES CoarseLuma coarse_luma(const Image& means) {
+  const std::size_t pixels = means.pixels.size() / 3;
+  CoarseLuma luma{means.width, means.height, std::vector<std::uint8_t>(pixels)};
   const std::uint8_t* rgb = means.pixels.data();
-  for (std::uint8_t& level : luma.levels) {
-    level = static_cast<std::uint8_t>((rgb[0] + 2 * rgb[1] + rgb[2] + 2) / 4);
-    rgb += 3;
-  }
+  std::uint8_t* levels = luma.levels.data();
+  for (std::size_t i = 0; i < pixels; ++i)
+    levels[i] = static_cast<std::uint8_t>((rgb[3 * i] + 2 * rgb[3 * i + 1] + rgb[3 * i + 2] + 2) / 4);
   return luma;
 }
 
