@@ -148,18 +148,21 @@ void gather_strip(const ChartStrip* strip, const CellBox& box, std::vector<Strip
   const int x0 = std::max(0, (box.x0 - reach) / kStripCell), y0 = std::max(0, (box.y0 - reach) / kStripCell);
   const int x1 = std::min(strip->columns - 1, (box.x1 + reach) / kStripCell);
   const int y1 = std::min(strip->rows - 1, (box.y1 + reach) / kStripCell);
+  if (x0 > x1) return;
+  const auto left = static_cast<float>(box.x0), right = static_cast<float>(box.x1);
+  const auto top = static_cast<float>(box.y0), bottom = static_cast<float>(box.y1);
   bool inside = false;
   SampleMerger merger(near);
   for (int y = y0; y <= y1; ++y) {
-    for (int x = x0; x <= x1; ++x) {
-      for (const StripSample& s : strip->cells[pixel_index(x, y, strip->columns)]) {
-        const float dx = s.x - std::clamp(s.x, static_cast<float>(box.x0), static_cast<float>(box.x1));
-        const float dy = s.y - std::clamp(s.y, static_cast<float>(box.y0), static_cast<float>(box.y1));
-        const float d2 = dx * dx + dy * dy;
-        if (d2 >= kReach * kReach) continue;
-        merger.add(s, d2);
-        inside = inside || d2 < kStripWidth * kStripWidth;
-      }
+    // Cells beside each other have theirs one after the other.
+    const std::size_t begin = strip->cells.first[pixel_index(x0, y, strip->columns)];
+    const std::size_t end = strip->cells.first[pixel_index(x1, y, strip->columns) + 1];
+    for (const StripSample& s : std::span(strip->cells.items).subspan(begin, end - begin)) {
+      const float dx = s.x - std::clamp(s.x, left, right), dy = s.y - std::clamp(s.y, top, bottom);
+      const float d2 = dx * dx + dy * dy;
+      if (d2 >= kReach * kReach) continue;
+      merger.add(s, d2);
+      inside = inside || d2 < kStripWidth * kStripWidth;
     }
   }
   merger.close();
