@@ -7,9 +7,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "atlas/baking/each_photo.h"
 #include "atlas/blending/coarse_photo.h"
 #include "atlas/leveling/finished_texture.h"
 
@@ -51,22 +54,25 @@ std::vector<StoredColor> sample_colors(const AtlasInput& input, const BlendWeigh
       for (const BlendView& each : blending.at(vertex)) emit(each.view, Sight{vertex, item++});
     }
   });
-  for (std::uint32_t v = 0; v < views; ++v) {
-    const std::span<const Sight> mine = sights[v];
-    if (mine.empty()) continue;
-    const CoarsePhoto photo(input.photos.coarse(ViewId{v}));
-    const View& view = input.scene.views[v];
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mine.size(), 1024), [&](const auto& range) {
-      for (std::size_t i = range.begin(); i < range.end(); ++i) {
-        const auto [vertex, item] = mine[i];
-        const BlendView& at = blending.at(vertex)[item];
-        const PixelPoint frame =
-            pixel_from_camera(view.camera, camera_from_world(view.pose, input.mesh.positions[vertex]));
-        const Color gain = correction.gain(ViewId{v}, frame);
-        colors[first[vertex] + item] = stored(corrected(gain * photo.at({double{at.x}, double{at.y}}), {}, gain));
-      }
-    });
-  }
+  std::vector<std::span<const Sight>> work;
+  for (std::uint32_t v = 0; v < views; ++v) work.push_back(sights[v]);
+  const auto fetch = [&](ViewId id) { return input.photos.coarse(id); };
+  each_fetched(
+      work, PhotoOrder::ascending, fetch,
+      [&](ViewId id, std::shared_ptr<const Image>& means, std::span<const Sight> mine) {
+        const CoarsePhoto photo(std::move(means));
+        const View& view = input.scene.views[index(id)];
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mine.size(), 1024), [&](const auto& range) {
+          for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            const auto [vertex, item] = mine[i];
+            const BlendView& at = blending.at(vertex)[item];
+            const PixelPoint frame =
+                pixel_from_camera(view.camera, camera_from_world(view.pose, input.mesh.positions[vertex]));
+            const Color gain = correction.gain(id, frame);
+            colors[first[vertex] + item] = stored(corrected(gain * photo.at({double{at.x}, double{at.y}}), {}, gain));
+          }
+        });
+      });
   return colors;
 }
 
@@ -99,6 +105,17 @@ AddedRange range_at(const BlendWeights& blending, std::uint32_t vertex, std::uin
 struct Corner {
   std::uint32_t face = 0, corner = 0;
 };
+constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
+
+/// Of each node one: they are of faces of one view, and have one vertex. Of kNowhere where no offset is added.
+std::vector<Corner> corners_of_nodes(const AtlasInput& input, const ColorCorrection& correction) {
+  std::vector<Corner> corners(correction.offsets.size(), {kNowhere, 0});
+  for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face) {
+    if (!has_view(input, face) || is_finished(input, face)) continue;
+    for (std::uint32_t k = 0; k < 3; ++k) corners[correction.nodes[face][k]] = {face, k};
+  }
+  return corners;
+}
 
 /// The share of what a strip adds at a node that the range leaves beside the node's offset.
 Color share_of(const AddedRange& range, const Color& offset, const Color& strip) {
@@ -121,18 +138,16 @@ std::vector<AddedRange> find_added_ranges(const AtlasInput& input, const BlendWe
     first.push_back(first.back() + blending.at(vertex).size());
   const std::vector<StoredColor> colors = sample_colors(input, blending, correction, first);
   std::vector<AddedRange> ranges(correction.offsets.size(), kUnlimited);
-  std::vector<char> done(correction.offsets.size(), 0);
-  for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-    if (!has_view(input, face) || is_finished(input, face)) continue;
-    const auto main = static_cast<std::uint32_t>(index(input.labels[face]));
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t node = correction.nodes[face][k], vertex = input.mesh.faces[face][k];
-      if (done[node] != 0) continue;
-      done[node] = 1;
-      ranges[node] =
-          range_at(blending, vertex, main, std::span(colors).subspan(first[vertex], blending.at(vertex).size()));
+  const std::vector<Corner> corners = corners_of_nodes(input, correction);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, ranges.size(), 1024), [&](const auto& some) {
+    for (std::size_t node = some.begin(); node < some.end(); ++node) {
+      const auto [face, corner] = corners[node];
+      if (face == kNowhere) continue;
+      const std::uint32_t vertex = input.mesh.faces[face][corner];
+      ranges[node] = range_at(blending, vertex, static_cast<std::uint32_t>(index(input.labels[face])),
+                              std::span(colors).subspan(first[vertex], blending.at(vertex).size()));
     }
-  }
+  });
   return ranges;
 }
 
