@@ -162,9 +162,57 @@ void add_seams(const AtlasInput& input, const SeamSamples& seams, const ColorCor
   }
 }
 
+/// The links of all nodes. Those within charts follow from the faces, whose list is a quarter as large.
+class NodeLinks {
+ public:
+  /// Borrows the correction's nodes.
+  NodeLinks(const AtlasInput& input, const ColorCorrection& correction, std::size_t nodes, std::span<const Link> across)
+      : corners_(correction.nodes),
+        across_(group_items<LinkTo>(nodes,
+                                    [&](const auto& add) {
+                                      for (const Link& link : across) {
+                                        add(link.a, LinkTo{link.b, link.weight});
+                                        add(link.b, LinkTo{link.a, link.weight});
+                                      }
+                                    })),
+        faces_(group_items<std::uint32_t>(nodes, [&](const auto& add) {
+          for (std::uint32_t face = 0; face < corners_.size(); ++face) {
+            if (!has_offsets(input, face)) continue;
+            const auto& [a, b, c] = corners_[face];
+            add(a, face);
+            if (b != a) add(b, face);
+            if (c != a && c != b) add(c, face);
+          }
+        })) {}
+
+  std::size_t nodes() const { return faces_.groups(); }
+  /// About how many differ.
+  std::size_t size() const { return faces_.items.size() + across_.items.size(); }
+  /// Calls visit(LinkTo): first for those across seams.
+  template <typename Visit>
+  void each(std::uint32_t node, const Visit& visit) const {
+    for (const LinkTo& to : across_[node]) visit(to);
+    for (const std::uint32_t face : faces_[node]) {
+      const auto& n = corners_[face];
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::uint32_t from = n[i], to = n[(i + 1) % 3];
+        if (from == to) continue;
+        // Both faces of an inner edge add it, each with half its weight.
+        if (from == node) visit(LinkTo{to, static_cast<float>(kSmooth / 2)});
+        if (to == node) visit(LinkTo{from, static_cast<float>(kSmooth / 2)});
+      }
+    }
+  }
+
+ private:
+  const std::vector<std::array<std::uint32_t, 3>>& corners_;
+  Grouped<LinkTo> across_;
+  Grouped<std::uint32_t> faces_;  ///< by node, each once
+};
+
 /// Nodes within kReachEdges links of a seam, without the last one, which stands for finished faces.
-std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
-  std::vector<char> near(links.groups(), 0);
+std::vector<char> near_seams(const NodeLinks& links, std::span<const Link> seams) {
+  std::vector<char> near(links.nodes(), 0);
   near.back() = 1;
   std::vector<std::uint32_t> ring, next;
   const auto reach = [&](std::uint32_t node, std::vector<std::uint32_t>& list) {
@@ -178,8 +226,7 @@ std::vector<char> near_seams(const Links& links, std::span<const Link> seams) {
   }
   for (int r = 0; r < kReachEdges && !ring.empty(); ++r) {
     next.clear();
-    for (const auto node : ring)
-      for (const LinkTo& to : links[node]) reach(to.node, next);
+    for (const auto node : ring) links.each(node, [&](const LinkTo& to) { reach(to.node, next); });
     std::swap(ring, next);
   }
   near.back() = 0;
@@ -193,24 +240,27 @@ struct NearSystem {
 };
 
 /// Each inner edge of a chart is two links of its nodes; the system has one.
-NearSystem make_system(const Links& links, const std::vector<char>& near) {
+NearSystem make_system(const NodeLinks& links, const std::vector<char>& near) {
   constexpr std::uint32_t kFar = 0xFFFFFFFFu;
   NearSystem system;
-  std::vector<std::uint32_t> unknown(links.groups(), kFar);
+  std::vector<std::uint32_t> unknown(links.nodes(), kFar);
   for (std::uint32_t i = 0; i < near.size(); ++i)
     if (near[i]) {
       unknown[i] = static_cast<std::uint32_t>(system.node.size());
       system.node.push_back(i);
     }
   std::vector<LinkTo>& items = system.equations.links.items;
+  items.reserve(links.size());  // a face has three halves of an edge, and an edge is a link of both of its ends
+  system.equations.links.first.reserve(system.node.size() + 1);
+  system.equations.diagonal.reserve(system.node.size());
   LinkSums sums(items, system.node.size());
   for (const std::uint32_t i : system.node) {
     float diagonal = static_cast<float>(kAnchor);
     sums.next_node();
-    for (const LinkTo& to : links[i]) {
+    links.each(i, [&](const LinkTo& to) {
       diagonal += to.weight;
       if (unknown[to.node] != kFar) sums.add(unknown[to.node], to.weight);
-    }
+    });
     system.equations.links.first.push_back(items.size());
     system.equations.diagonal.push_back(diagonal);
   }
@@ -224,23 +274,11 @@ void fit_offsets(const AtlasInput& input, const SeamSamples& seams, ColorCorrect
   std::vector<Link> across;
   Offsets right(nodes, Offset::Zero());
   add_seams(input, seams, correction, across, right);
-  const Links links = group_items<LinkTo>(nodes, [&](const auto& emit) {
-    const auto add = [&](const Link& link) {
-      emit(link.a, LinkTo{link.b, link.weight});
-      emit(link.b, LinkTo{link.a, link.weight});
-    };
-    for (const Link& link : across) add(link);
-    for (std::size_t face = 0; face < input.mesh.faces.size(); ++face) {
-      if (!has_offsets(input, face)) continue;
-      const auto& n = correction.nodes[face];
-      // Both faces of an inner edge add it, each with half its weight.
-      for (std::size_t i = 0; i < 3; ++i)
-        if (n[i] != n[(i + 1) % 3]) add({n[i], n[(i + 1) % 3], static_cast<float>(kSmooth / 2)});
-    }
-  });
+  const NodeLinks links(input, correction, nodes, across);
   const std::vector<char> near = near_seams(links, across);
   const NearSystem system = make_system(links, near);
   Offsets near_right;
+  near_right.reserve(system.node.size());
   for (const std::uint32_t i : system.node) near_right.push_back(right[i]);
   const Offsets x = solve(system.equations, std::move(near_right));
   correction.offsets.assign(nodes, Color{});
