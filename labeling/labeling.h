@@ -155,6 +155,10 @@ struct PhotoJudgement {
   std::vector<double> log2_gain;
 };
 
+/// Bytes that comparing photos takes beside their statistics, at most: where they differ everywhere. `records`: faces that views see
+/// whole, each view's by itself, which show them with `pixels` in all.
+double judging_bytes(double records, double pixels, double faces);
+
 /// True if the bytes may be the statistics of a view: faces that are there, ascending. \param faces of the mesh
 bool is_sound(std::span<const std::byte> statistics, std::size_t faces);
 
@@ -183,6 +187,8 @@ class CandidateCollector {
   /// statistics how far each photo disagrees with the others about each face. `graph`: the mesh's face_graph(), which is made
   /// here if it is null.
   void judge(const FaceGraph* graph = nullptr);
+  /// Bytes that judge() takes at most, and the statistics that have been added. O(records).
+  double judging_bytes() const;
   /// judge() for a scene in parts, in two steps. The first is called on a collector of some faces from all over the scene (a
   /// million suffice), the second on each part, with what the first returned.
   PhotoJudgement judge_photos(const FaceGraph* graph = nullptr);

@@ -242,6 +242,12 @@ PackedCoverage pack(ViewId view, const visibility::CoverageTable& coverage) {
   return packed;
 }
 
+double CoverageStore::bytes() const {
+  double sum = 0;
+  for (const auto& view : views_) sum += static_cast<double>(view->bytes.capacity());
+  return sum;
+}
+
 visibility::CoverageTable CoverageStore::of_partial_faces(std::span<const labeling::FaceTag> tags) const {
   // Calls visit(view, entry, unpacker) for every partial face; it must take or skip the bits.
   const auto for_each_view = [&](const auto& visit) {

@@ -33,6 +33,7 @@ class CoverageStore {
   /// The coverage of faces tagged partial, as it was added. Other faces take their texels from one view and need none.
   visibility::CoverageTable of_partial_faces(std::span<const labeling::FaceTag> tags) const;
   std::span<const std::shared_ptr<const PackedCoverage>> views() const { return views_; }
+  double bytes() const;
 
  private:
   std::vector<std::shared_ptr<const PackedCoverage>> views_;

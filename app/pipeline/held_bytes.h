@@ -46,6 +46,12 @@ inline double previews(const Workload& work) {
   return std::min(work.views, kMostCompared) * work.most_pixels / (reduction * reduction);
 }
 
+/// The program, the mesh and its graph of faces: in all stages but writing.
+inline double run_of(const Workload& work) { return kProgram + mesh(work) + kNeighbours * work.faces; }
+
+/// Beside what is known of views, while they are compared.
+inline double while_judging(const Workload& work) { return run_of(work) + previews(work); }
+
 /// While a view is looked at, beside the mesh.
 inline double view(const Workload& work) {
   return (seen_pixel(work) + kBackgroundPixel) * work.most_pixels + kDrawnVertex * work.vertices +

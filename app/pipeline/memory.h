@@ -28,6 +28,7 @@ struct Workload {
   double faces = 0, vertices = 0, views = 0;
   double pixels = 0, most_pixels = 0;  ///< of all views, of the largest one
   double pairs = 0;                    ///< of a face and a view that has it in its frame, from the front
+  double pair_pixels = 0;              ///< that these show
   double texels = 0;                   ///< of all pages
   double page_texels = 0;              ///< of the largest page that there may be
   double sample_bytes = 0;             ///< of a pixel, where photos have bands (BandSet::pixel_bytes()), and of a texel
@@ -42,7 +43,7 @@ Workload workload(const Input& input, const Settings& settings);
 
 /// Bytes that the stages need at least, without photos that are kept and without pages.
 struct MemoryNeed {
-  double see = 0, choose = 0, bake = 0, write = 0;
+  double see = 0, judge = 0, choose = 0, bake = 0, write = 0;
 };
 /// \param threads that views and labels are shared out to; baking and writing need the same for any number
 MemoryNeed memory_need(const Workload& work, int threads = 1);
@@ -66,6 +67,8 @@ struct MemoryPlan {
 
   /// Bytes of photos to keep for the next pass.
   std::size_t photos_while_seeing() const;
+  /// \param held bytes of what is known of the views and of judging them
+  std::size_t photos_while_judging(double held) const;
   std::size_t photos_while_choosing() const;
   /// Shares while baking: of pages and charts that are baked together, see atlas::BakeOptions, and of photos.
   struct Shares {

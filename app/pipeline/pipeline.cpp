@@ -58,6 +58,7 @@ Choice see_and_choose(const Run& run, const MemoryPlan& memory, SeeOptions optio
   run.photos.keep_at_most(memory.photos_while_seeing());
   Choice choice{weighed_graph(run.input.mesh, run.settings.edge_weights, run.observer), {}, {}};
   options.graph = &choice.graph;
+  options.on_looked = [&](double held) { run.photos.keep_at_most(memory.photos_while_judging(held)); };
   const std::size_t decodes = run.photos.decodes().times;
   choice.seen = see(run, options, on_judged);
   run.observer.figure("decodes.see", run.photos.decodes().times - decodes);
@@ -77,10 +78,10 @@ TexturedMesh finished(Choice choice, atlas::TextureAtlas atlas) {
 
 void note_memory(const MemoryPlan& memory, Observer& observer) {
   const MemoryNeed& need = memory.need;
-  observer.detail(fmt::format("memory: up to {}; needed at least are {} to see, {} to choose, {} to bake, {} to write",
-                              results::readable_bytes(memory.limit), results::readable_bytes(need.see),
-                              results::readable_bytes(need.choose), results::readable_bytes(need.bake),
-                              results::readable_bytes(need.write)));
+  observer.detail(fmt::format(
+      "memory: up to {}; needed at least are {} to see, {} to judge, {} to choose, {} to bake, {} to write",
+      results::readable_bytes(memory.limit), results::readable_bytes(need.see), results::readable_bytes(need.judge),
+      results::readable_bytes(need.choose), results::readable_bytes(need.bake), results::readable_bytes(need.write)));
 }
 
 atlas::AtlasInput with_alignment(atlas::AtlasInput from, std::span<const ShiftField> alignment) {

@@ -72,6 +72,8 @@ struct SeeOptions {
   const labeling::FaceGraph* graph = nullptr;  ///< of the mesh; null: made where it is needed
   /// Called for each view once it is classified, on the caller's thread; not for views that the run has kept.
   std::function<void(ViewId, const visibility::ViewVisibility&)> on_view = {};
+  /// Called once all views are looked at, before they are judged. \param held bytes of what is known of them and, at most, of judging
+  std::function<void(double held)> on_looked = {};
   /// Photos, poses and mesh are known to fit together: nothing is refused.
   bool judged = false;
 };

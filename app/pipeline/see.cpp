@@ -110,6 +110,7 @@ class Sight {
     Seen seen;
     seen.device = look_at_views(run_, steps());
     seen.statistics = statistics_;
+    if (options_.on_looked) options_.on_looked(collector_.judging_bytes() + coverage_.bytes());
     const auto start = Clock::now();
     collector_.set_photos(photo_of_view(run_.input.scene));
     collector_.judge(options_.graph);

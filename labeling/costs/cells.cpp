@@ -6,17 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
 
-#include "io/freed_memory.h"
-
 namespace gpvc::labeling {
 namespace {
-
-/// Pixels of a cell. Smaller ones find thinner things, and compare colours that scatter more.
-constexpr float kCellPixels = 48;
 
 /// Per face, the mean number of pixels that views show of it; 0 if none sees it whole.
 std::vector<float> mean_pixels(const RecordsByView& by_view, std::size_t faces) {
@@ -51,22 +47,32 @@ class SightMaker {
   SightMaker(const Grouped<std::uint32_t>& faces_of_cell, const PhotoColors& colors)
       : faces_(faces_of_cell), colors_(colors) {}
 
-  /// The view's sights, and the cells they are of, ascending.
-  void find(std::uint32_t view, std::span<const FaceRecord> records, std::span<const std::uint32_t> cell_of_face,
-            std::vector<CellSight>& sights, std::vector<std::uint32_t>& cells) const {
+  /// The cells that the view sees half of the faces of, ascending.
+  std::vector<std::uint32_t> seen_cells(std::span<const FaceRecord> records,
+                                        std::span<const std::uint32_t> cell_of_face) const {
+    std::vector<std::uint32_t> shown(faces_.groups(), 0), seen;
+    for (const FaceRecord& record : records)
+      if (record.is_full()) ++shown[cell_of_face[record.face]];
+    for (std::uint32_t cell = 0; cell < shown.size(); ++cell)
+      if (is_seen(shown[cell], cell)) seen.push_back(cell);
+    return seen;
+  }
+  /// Calls body(sight) for each of seen_cells(), in their order.
+  template <class Body>
+  void for_each_sight(std::uint32_t view, std::span<const FaceRecord> records,
+                      std::span<const std::uint32_t> cell_of_face, const Body& body) const {
     Grouped<std::uint32_t> of_cell;
     group_items_into(of_cell, faces_.groups(), [&](const auto& add) {
       for (std::uint32_t i = 0; i < records.size(); ++i)
         if (records[i].is_full()) add(cell_of_face[records[i].face], i);
     });
-    for (std::uint32_t cell = 0; cell < of_cell.groups(); ++cell) {
-      if (of_cell[cell].empty() || 2 * of_cell[cell].size() < faces_[cell].size()) continue;
-      sights.push_back(sight(view, records, of_cell[cell], faces_[cell]));
-      cells.push_back(cell);
-    }
+    for (std::uint32_t cell = 0; cell < of_cell.groups(); ++cell)
+      if (is_seen(of_cell[cell].size(), cell)) body(sight(view, records, of_cell[cell], faces_[cell]));
   }
 
  private:
+  bool is_seen(std::size_t shown, std::uint32_t cell) const { return shown > 0 && 2 * shown >= faces_[cell].size(); }
+
   CellSight sight(std::uint32_t view, std::span<const FaceRecord> records, std::span<const std::uint32_t> shown,
                   std::span<const std::uint32_t> faces) const {
     ColorSum all;
@@ -178,24 +184,25 @@ Cells make_cells(const RecordsByView& by_view, const PhotoColors& colors, const 
   });
   std::vector<std::pair<std::uint32_t, const std::vector<FaceRecord>*>> views;
   for (const auto& [view, records] : by_view) views.emplace_back(view, &records);
-  std::vector<std::vector<CellSight>> sights(views.size());
-  std::vector<std::vector<std::uint32_t>> cells_of(views.size());
   const SightMaker maker(faces_of_cell, colors);
-  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t v) {
-    maker.find(views[v].first, *views[v].second, cells.of_face, sights[v], cells_of[v]);
-  });
-  // By cell; each view's are freed once they are taken over.
+  std::vector<std::vector<std::uint32_t>> places(views.size());
+  tbb::parallel_for(std::size_t{0}, views.size(),
+                    [&](std::size_t v) { places[v] = maker.seen_cells(*views[v].second, cells.of_face); });
+  // A view's cells, then where its sights of them go.
   std::vector<std::size_t>& first = cells.sights.first;
   first.assign(std::size_t{clusters.count} + 1, 0);
-  for (const auto& list : cells_of)
-    for (const std::uint32_t cell : list) ++first[cell + 1];
-  for (std::size_t cell = 0; cell < clusters.count; ++cell) first[cell + 1] += first[cell];
+  for (const auto& of_view : places)
+    for (const std::uint32_t cell : of_view) ++first[cell + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
   cells.sights.items.resize(first.back());
   std::vector<std::size_t> next(first.begin(), first.end() - 1);
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    for (std::size_t i = 0; i < sights[v].size(); ++i) cells.sights.items[next[cells_of[v][i]]++] = sights[v][i];
-    free_memory(sights[v]);
-  }
+  for (auto& of_view : places)
+    for (std::uint32_t& place : of_view) place = static_cast<std::uint32_t>(next[place]++);
+  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t v) {
+    std::size_t n = 0;
+    maker.for_each_sight(views[v].first, *views[v].second, cells.of_face,
+                         [&](const CellSight& sight) { cells.sights.items[places[v][n++]] = sight; });
+  });
   drop_small_sights(cells.sights);
   return cells;
 }

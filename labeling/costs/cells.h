@@ -14,6 +14,9 @@
 
 namespace gpvc::labeling {
 
+/// Pixels of a cell. Smaller ones find thinner things, and compare colours that scatter more.
+inline constexpr float kCellPixels = 48;
+
 inline constexpr std::uint32_t kNoCell = 0xFFFFFFFFu;
 
 /// Connected clusters of nodes.
@@ -31,6 +34,7 @@ Grouped<std::uint32_t> clusters_beside(const Clusters& clusters, const Grouped<s
 
 /// Parts that a cell's faces are put together to, the same in all views.
 inline constexpr std::size_t kCellParts = 8;
+inline constexpr std::uint8_t kAllParts = (1U << kCellParts) - 1;
 
 /// A cell in a view that sees half of its faces whole at least. Colours are in grey levels, without the photo's gain.
 struct CellSight {
@@ -40,6 +44,7 @@ struct CellSight {
   float pixels = 0;        ///< that show the cell
   std::uint8_t shown = 0;  ///< a bit for each part
   std::array<std::array<std::uint8_t, 3>, kCellParts> parts{};  ///< mean colours
+  bool shows_all() const { return shown == kAllParts; }
 };
 /// Grey levels below which noise dominates the contrast.
 inline constexpr float kNoContrast = 4;

@@ -14,6 +14,7 @@
 
 #include "labeling/costs/cells.h"
 #include "labeling/costs/sight_distance.h"
+#include "labeling/labeling.h"
 
 namespace gpvc::labeling {
 namespace {
@@ -36,6 +37,9 @@ constexpr float kPrior = 0.5F, kAround = 4, kLikeness = 2;
 /// Odds grow with this power of the number of views that agree by that of views that differ.
 constexpr float kVotes = 4;
 
+/// Cells whose disputes are held together, and which one thread works on at a time.
+constexpr std::uint32_t kCellsTogether = 256;
+
 /// The sight of a view in a cell; kNoSight if it has none there.
 std::uint32_t sight_of(const Grouped<CellSight>& sights, std::uint32_t cell, std::uint32_t view) {
   const auto of_cell = sights[cell];
@@ -53,28 +57,33 @@ struct Link {
   float strength = 0;
 };
 
+/// What the mean field works on: cells in which views differ, or none agrees with another. Where photos fit the mesh these are few of
+/// all, and all pairs of views would take most of a run's memory.
+struct Disputes {
+  struct Place {
+    std::size_t link = 0, pair = 0;
+    bool is_settled = false;
+  };
+  std::vector<Link> links;         ///< by cell, its views and the cells beside
+  std::vector<std::int8_t> pairs;  ///< by cell, all pairs of its views
+};
+
 class MeanField {
  public:
   MeanField(const Cells& cells, std::span<const std::uint32_t> photo_of_view)
-      : cells_(cells), photo_of_view_(photo_of_view), first_link_(cells.count() + 1), first_pair_(cells.count() + 1) {
-    const Grouped<CellSight>& sights = cells.sights;
-    for (std::size_t cell = 0; cell < cells.count(); ++cell) {
-      const std::size_t views = sights[cell].size();
-      first_link_[cell + 1] = first_link_[cell] + views * cells.beside[cell].size();
-      first_pair_[cell + 1] = first_pair_[cell] + views * views;
-    }
-    links_.resize(first_link_.back());
-    pairs_.resize(first_pair_.back());
-    likeness_.assign(sights.items.size(), 0);
-    agreeing_.assign(sights.items.size(), 0);
-    surface_.assign(sights.items.size(), 0.5F);
-    is_disputed_.assign(cells.count(), 1);
-    for_each_cell([&](std::uint32_t cell) { find_links(cell); });
+      : cells_(cells),
+        photo_of_view_(photo_of_view),
+        places_(cells.count()),
+        disputes_((cells.count() + kCellsTogether - 1) / kCellsTogether),
+        likeness_(cells.sights.items.size(), 0),
+        agreeing_(cells.sights.items.size(), 0),
+        surface_(cells.sights.items.size(), 0.5F) {
     measure_scatter();
-    for_each_cell([&](std::uint32_t cell) {
-      compare_views(cell);
-      settle(cell);
-    });
+    for_each_cell([&](std::uint32_t cell) { compare_views(cell); });
+    for (Disputes& together : disputes_) {
+      together.links.shrink_to_fit();
+      together.pairs.shrink_to_fit();
+    }
   }
 
   void solve() {
@@ -107,10 +116,10 @@ class MeanField {
  private:
   template <class Body>
   void for_each_cell(const Body& body) const {
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(cells_.count()), 256),
-                      [&](const auto& range) {
-                        for (std::uint32_t cell = range.begin(); cell != range.end(); ++cell) body(cell);
-                      });
+    tbb::parallel_for(std::size_t{0}, disputes_.size(), [&](std::size_t together) {
+      const std::size_t begin = together * kCellsTogether, end = std::min(begin + kCellsTogether, cells_.count());
+      for (std::size_t cell = begin; cell < end; ++cell) body(static_cast<std::uint32_t>(cell));
+    });
   }
 
   /// Clears what is connected within a view to less than kLeastCells others.
@@ -128,7 +137,7 @@ class MeanField {
         for (std::size_t n = 0; n < area.size(); ++n) {
           const auto [cell, sight] = area[n];
           const auto beside = cells_.beside[cell];
-          const Link* links = links_.data() + first_link_[cell] + (sight - cells_.sights.first[cell]) * beside.size();
+          const std::span<const Link> links = links_of(cell, sight - cells_.sights.first[cell]);
           for (std::size_t k = 0; k < beside.size(); ++k) {
             const std::uint32_t other = links[k].sight;
             if (other == kNoSight || found[other] == 0 || seen[other] != 0) continue;
@@ -141,16 +150,33 @@ class MeanField {
       }
   }
 
-  void find_links(std::uint32_t cell) {
+  /// By view of the cell and cell beside it, the view's sight there; kNoSight where it has none.
+  std::vector<std::uint32_t> sights_beside(std::uint32_t cell) const {
     const auto mine = cells_.sights[cell];
     const auto beside = cells_.beside[cell];
-    std::vector<float> step(mine.size());
+    std::vector<std::uint32_t> found(mine.size() * beside.size(), kNoSight);
     for (std::size_t k = 0; k < beside.size(); ++k) {
+      const auto theirs = cells_.sights[beside[k]];
+      const std::size_t first = cells_.sights.first[beside[k]];
+      for (std::size_t i = 0, j = 0; i < mine.size(); ++i) {
+        while (j < theirs.size() && theirs[j].view < mine[i].view) ++j;
+        if (j < theirs.size() && theirs[j].view == mine[i].view)
+          found[i * beside.size() + k] = static_cast<std::uint32_t>(first + j);
+      }
+    }
+    return found;
+  }
+
+  void add_links(std::uint32_t cell, std::vector<Link>& links) const {
+    const auto mine = cells_.sights[cell];
+    const std::size_t degree = cells_.beside[cell].size(), first = links.size();
+    for (const std::uint32_t sight : sights_beside(cell)) links.push_back({sight, 0});
+    std::vector<float> step(mine.size());
+    for (std::size_t k = 0; k < degree; ++k) {
       float least = 1e9F;
-      const auto link_of = [&](std::size_t i) -> Link& { return links_[first_link_[cell] + i * beside.size() + k]; };
+      const auto link_of = [&](std::size_t i) -> Link& { return links[first + i * degree + k]; };
       for (std::size_t i = 0; i < mine.size(); ++i) {
-        const std::uint32_t other = sight_of(cells_.sights, beside[k], mine[i].view);
-        link_of(i).sight = other;
+        const std::uint32_t other = link_of(i).sight;
         if (other == kNoSight) continue;
         step[i] = std::sqrt(squared_distance(look_of(mine[i]), look_of(cells_.sights.items[other])));
         least = std::min(least, step[i]);
@@ -171,12 +197,15 @@ class MeanField {
   template <class Body>
   void for_each_pair(std::uint32_t cell, const Body& body) const {
     const auto mine = cells_.sights[cell];
+    // Parts that a view does not show are made up for by the cells beside.
+    const bool has_all = std::ranges::all_of(mine, &CellSight::shows_all);
+    const std::vector<std::uint32_t> beside = has_all ? std::vector<std::uint32_t>{} : sights_beside(cell);
     for (std::size_t i = 0; i < mine.size(); ++i)
       for (std::size_t j = i + 1; j < mine.size(); ++j) {
         if (same_photo(mine[i].view, mine[j].view)) continue;
         body(i, j,
              std::sqrt(squared_distance(look_of(mine[i]), look_of(mine[j])) +
-                       square(kOfStructure * structure_unlikeness(cell, i, j))));
+                       square(kOfStructure * structure_unlikeness(cell, i, j, beside))));
       }
   }
 
@@ -215,24 +244,32 @@ class MeanField {
     return static_cast<float>(static_cast<double>(bin) + quarter / bins[bin]) / static_cast<float>(kBinsPerDeviation);
   }
 
+  /// Calls for cells that are held together come from one thread, in ascending order.
   void compare_views(std::uint32_t cell) {
     const auto mine = cells_.sights[cell];
+    Disputes& together = disputes_[cell / kCellsTogether];
+    Disputes::Place& place = places_[cell];
+    place = {together.links.size(), together.pairs.size(), false};
+    together.pairs.resize(place.pair + mine.size() * mine.size());
+    std::int8_t* pairs = together.pairs.data() + place.pair;
     for_each_pair(cell, [&](std::size_t i, std::size_t j, float distance) {
       const float scatter = std::sqrt((square(scatter_[mine[i].view]) + square(scatter_[mine[j].view])) / 2);
       const float agreement = std::clamp(kUndecided - distance / scatter, -1.0F, 1.0F);
       const auto stored = static_cast<std::int8_t>(std::lround(kUnit * agreement));
-      pairs_[first_pair_[cell] + i * mine.size() + j] = stored;
-      pairs_[first_pair_[cell] + j * mine.size() + i] = stored;
+      pairs[i * mine.size() + j] = stored;
+      pairs[j * mine.size() + i] = stored;
     });
+    place.is_settled = settle(cell);
+    if (place.is_settled)
+      together.pairs.resize(place.pair);
+    else
+      add_links(cell, together.links);
   }
 
   /// Where no two views differ, and some agree, all show the surface: nothing around would change that.
-  void settle(std::uint32_t cell) {
+  bool settle(std::uint32_t cell) {
     const auto pairs = pairs_of(cell);
-    if (std::ranges::any_of(pairs, [](std::int8_t pair) { return pair < 0; }) ||
-        std::ranges::all_of(pairs, [](std::int8_t pair) { return pair <= 0; }))
-      return;
-    is_disputed_[cell] = 0;
+    if (differ(pairs) || std::ranges::all_of(pairs, [](std::int8_t pair) { return pair <= 0; })) return false;
     const std::size_t views = cells_.sights[cell].size();
     for (std::size_t i = 0; i < views; ++i) {
       surface_[cells_.sights.first[cell] + i] = 1;
@@ -240,21 +277,31 @@ class MeanField {
       agreeing_[cells_.sights.first[cell] + i] =
           static_cast<float>(std::accumulate(of_view.begin(), of_view.end(), 0)) / kUnit;
     }
+    return true;
   }
+  static bool differ(std::span<const std::int8_t> pairs) {
+    return std::ranges::any_of(pairs, [](std::int8_t pair) { return pair < 0; });
+  }
+  /// Of a cell that is not settled: all pairs of its views, and the links of one.
   std::span<const std::int8_t> pairs_of(std::uint32_t cell) const {
-    return std::span(pairs_).subspan(first_pair_[cell], first_pair_[cell + 1] - first_pair_[cell]);
+    const std::size_t views = cells_.sights[cell].size();
+    return std::span(disputes_[cell / kCellsTogether].pairs).subspan(places_[cell].pair, views * views);
+  }
+  std::span<const Link> links_of(std::uint32_t cell, std::size_t i) const {
+    const std::size_t degree = cells_.beside[cell].size();
+    return std::span(disputes_[cell / kCellsTogether].links).subspan(places_[cell].link + i * degree, degree);
   }
 
-  float structure_unlikeness(std::uint32_t cell, std::size_t i, std::size_t j) const {
-    constexpr std::uint8_t kAllParts = (1U << kCellParts) - 1;
+  /// \param beside see sights_beside(); may be empty where both views show all parts
+  float structure_unlikeness(std::uint32_t cell, std::size_t i, std::size_t j,
+                             std::span<const std::uint32_t> beside) const {
     const CellSight &a = cells_.sights[cell][i], &b = cells_.sights[cell][j];
     StructureSums sums;
     sums.add(a, b);
-    if (a.shown != kAllParts || b.shown != kAllParts) {
+    if (!a.shows_all() || !b.shows_all()) {
       const std::size_t degree = cells_.beside[cell].size();
-      const Link* links = links_.data() + first_link_[cell];
       for (std::size_t k = 0; k < degree; ++k) {
-        const std::uint32_t x = links[i * degree + k].sight, y = links[j * degree + k].sight;
+        const std::uint32_t x = beside[i * degree + k], y = beside[j * degree + k];
         if (x != kNoSight && y != kNoSight) sums.add(cells_.sights.items[x], cells_.sights.items[y]);
       }
     }
@@ -266,7 +313,7 @@ class MeanField {
     std::vector<float> next = surface_;
     for (int n = 0; n < steps; ++n) {
       for_each_cell([&](std::uint32_t cell) {
-        if (is_disputed_[cell] == 0) return;
+        if (places_[cell].is_settled) return;
         const std::size_t begin = cells_.sights.first[cell], end = cells_.sights.first[cell + 1];
         for (std::size_t i = begin; i < end; ++i) next[i] = 0.5F * surface_[i] + 0.5F * update(cell, i - begin);
       });
@@ -276,14 +323,13 @@ class MeanField {
 
   float update(std::uint32_t cell, std::size_t i) {
     const std::size_t begin = cells_.sights.first[cell], views = cells_.sights[cell].size();
-    const std::size_t degree = cells_.beside[cell].size();
+    const std::span<const Link> links = links_of(cell, i);
     float around = 0;
-    const Link* links = links_.data() + first_link_[cell] + i * degree;
-    for (std::size_t k = 0; k < degree; ++k)
-      if (links[k].sight != kNoSight) around += links[k].strength * (2 * surface_[links[k].sight] - 1);
-    if (degree > 0) around /= static_cast<float>(degree);
+    for (const Link& link : links)
+      if (link.sight != kNoSight) around += link.strength * (2 * surface_[link.sight] - 1);
+    if (!links.empty()) around /= static_cast<float>(links.size());
     float agree = 0, differ = 0;
-    const std::int8_t* pairs = pairs_.data() + first_pair_[cell] + i * views;
+    const std::span<const std::int8_t> pairs = pairs_of(cell).subspan(i * views, views);
     for (std::size_t j = 0; j < views; ++j) {
       const float weight = static_cast<float>(pairs[j]) * surface_[begin + j];
       agree += std::max(weight, 0.0F);
@@ -332,7 +378,7 @@ class MeanField {
       palette.resize(kept);
     }
     for_each_cell([&](std::uint32_t cell) {
-      if (std::ranges::none_of(pairs_of(cell), [](std::int8_t pair) { return pair < 0; })) return;
+      if (places_[cell].is_settled || !differ(pairs_of(cell))) return;
       const std::uint32_t region = regions.of_node[cell];
       compare_with(palettes, region, regions_beside[region], cell);
     });
@@ -361,15 +407,22 @@ class MeanField {
 
   const Cells& cells_;
   std::span<const std::uint32_t> photo_of_view_;
-  std::vector<std::size_t> first_link_, first_pair_;  ///< by cell
-  std::vector<Link> links_;                           ///< by cell, its views and the cells beside
-  std::vector<std::int8_t> pairs_;                    ///< by cell, all pairs of its views
-  std::vector<std::uint8_t> is_disputed_;             ///< by cell
+  std::vector<Disputes::Place> places_;               ///< by cell
+  std::vector<Disputes> disputes_;                    ///< of kCellsTogether cells each
   std::vector<float> likeness_, agreeing_, surface_;  ///< by sight
   std::vector<float> scatter_;                        ///< by view, what its distances are divided by
 };
 
 }  // namespace
+
+double judging_bytes(double records, double pixels, double faces) {
+  // Each sight, its place, three values of the field and the next ones, two flags; links to the cells beside, some five; the views that
+  // it is compared with.
+  constexpr double kSight = sizeof(CellSight) + sizeof(std::uint32_t) + 4 * sizeof(float) + 2,
+                   kLinks = 5 * sizeof(Link);
+  const double sights = std::min(records, pixels / static_cast<double>(kCellPixels));
+  return sights * (kSight + kLinks + records / std::max(faces, 1.0));
+}
 
 void judge_cells(RecordsByView& by_view, const PhotoColors& colors, const Grouped<std::uint32_t>& neighbours,
                  std::span<const std::uint32_t> photo_of_view) {

@@ -239,6 +239,20 @@ void CandidateCollector::forget(ViewId id) {
   state_->background.erase(static_cast<std::uint32_t>(index(id)));
 }
 
+double CandidateCollector::judging_bytes() const {
+  double records = 0, full = 0, pixels = 0;
+  for (const auto& [view, of_view] : state_->by_view) {
+    records += static_cast<double>(of_view.capacity());
+    for (const FaceRecord& record : of_view) {
+      if (!record.is_full()) continue;
+      full += 1;
+      pixels += record.pixels;
+    }
+  }
+  return static_cast<double>(sizeof(FaceRecord)) * records +
+         labeling::judging_bytes(full, pixels, static_cast<double>(state_->mesh.faces.size()));
+}
+
 bool is_sound(std::span<const std::byte> statistics, std::size_t faces) {
   if (statistics.size() % sizeof(FaceRecord) != 0) return false;
   std::size_t next = 0;

@@ -105,6 +105,30 @@ TEST_F(MemoryPlanTest, LimitIsSharedBetweenPagesAndPhotos) {
   EXPECT_LT(lean.while_baking(pages, page).pages, std::size_t{1000000000}) << "not all pages fit";
 }
 
+// What is known of the views, and judging them, comes before photos that are kept.
+TEST_F(MemoryPlanTest, PhotosMakeRoomForJudging) {
+  const MemoryPlan rich = plan(4e9);
+  const double held = 1e9;
+  const auto kept = static_cast<double>(rich.photos_while_judging(held));
+  EXPECT_GT(kept, 0);
+  EXPECT_LE(kept + held, rich.limit);
+  EXPECT_NEAR(static_cast<double>(rich.photos_while_judging(0)) - kept, held, 2) << "rounded to bytes";
+  EXPECT_EQ(rich.photos_while_judging(4e9), 0u);
+}
+
+TEST(MemoryNeed, JudgingTakesMoreWhereViewsShowLargeFaces) {
+  Workload work;
+  work.faces = 1e6;
+  work.pairs = 20e6;
+  work.pair_pixels = 20e6;
+  const double small_faces = memory_need(work).judge;
+  work.pair_pixels = 2000e6;
+  const double large_faces = memory_need(work).judge;
+  EXPECT_GT(large_faces, small_faces + 1e9) << "each is a cell by itself";
+  work.pair_pixels = 20000e6;
+  EXPECT_EQ(memory_need(work).judge, large_faces) << "and there are no more cells than faces";
+}
+
 double sum(const MemoryPlan::Shares& of) { return static_cast<double>(of.pages + of.batch + of.photos); }
 
 TEST_F(MemoryPlanTest, WhatViewsSeeOfPartialFacesIsHeldWhileBaking) {

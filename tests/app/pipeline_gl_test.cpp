@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "app/checks/scene_fit.h"
+#include "app/pipeline/memory.h"
+#include "app/pipeline/steps.h"
 #include "app/results/output_folder.h"
 #include "io/mesh.h"
 #include "io/textured_model.h"
@@ -124,8 +126,10 @@ class CountedPhotos final : public io::PhotoSource {
     return photos_.photo(view);
   }
   std::shared_ptr<const io::PhotoExclusion> exclusion(ViewId view) override { return photos_.exclusion(view); }
+  void keep_at_most(std::size_t bytes) override { room.push_back(bytes); }
 
   std::atomic<std::size_t> fetched = 0;
+  std::vector<std::size_t> room;  ///< for photos, each time that it was changed
 
  private:
   io::PhotoSource& photos_;
@@ -192,6 +196,21 @@ TEST_F(Pipeline, PhotosAreFetchedToSeeAndToPaint) {
   EXPECT_GT(made.textured.atlas.statistics.blended_faces, 0u);
   EXPECT_GT(made.textured.atlas.statistics.seam_edges, 0u);
   EXPECT_LE(photos.fetched, 2 * city_->views.size());
+}
+
+// They would otherwise stay while all that views see of all faces is compared, which a limit has no room for.
+TEST_F(Pipeline, PhotosMakeRoomBeforeViewsAreJudged) {
+  CountedPhotos photos(photos_);
+  pipeline::Settings settings;
+  settings.memory_bytes = 2'000'000'000;
+  const pipeline::MemoryPlan plan = pipeline::plan_memory(input(), settings);
+  pipeline::see_and_choose({input(), settings, photos, silent_}, plan);
+  ASSERT_EQ(photos.room.size(), 3u) << "to see, to judge, to choose";
+  EXPECT_EQ(photos.room[0], plan.photos_while_seeing());
+  EXPECT_LT(photos.room[1], plan.photos_while_judging(24.0 * static_cast<double>(city_->mesh.faces.size())))
+      << "more than a record a face is held";
+  EXPECT_GT(photos.room[1], 0u);
+  EXPECT_EQ(photos.room[2], plan.photos_while_choosing());
 }
 
 TEST_F(Pipeline, FacesOfAPartHaveTheCandidatesOfTheWhole) {
