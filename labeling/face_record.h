@@ -19,9 +19,13 @@ struct FaceRecord {
   /// Share of the face's samples that see it; kWholeShare if its class is full; 0 if the photo shows background there
   /// (labeling/background.h) or a mixture with it, and then nothing else is set but the margin, whole for a mixture.
   Share16 visible = 0;
-  std::uint16_t disagreement = 0;  ///< with the face's other photos: fixed_distance()
-  std::uint16_t contrast = 0;      ///< standard deviation of those pixels' brightness, in grey levels times 256
-  std::uint16_t pixels = 0;        ///< how many those are; 65535 stands for more, too
+  /// With the face's other photos: fixed_distance(). Until these are compared, it holds steps().
+  std::uint16_t disagreement = 0;
+  std::uint16_t contrast = 0;  ///< standard deviation of those pixels' brightness, in grey levels times 256
+  std::uint16_t pixels = 0;    ///< how many those are; 65535 stands for more, too
+  /// Until photos are compared: root mean square of the brightness steps from those pixels to the ones before them in the row, in
+  /// grey levels times 256.
+  std::uint16_t steps() const { return disagreement; }
   bool is_full() const { return visible == kWholeShare; }
   bool has_surface() const { return visible != 0; }
   bool is_mixed() const { return margin == kWholeShare; }  ///< if it has no surface

@@ -77,7 +77,7 @@ class SightMaker {
                   std::span<const std::uint32_t> faces) const {
     ColorSum all;
     std::array<ColorSum, kCellParts> parts;
-    double brightness = 0, squares = 0;
+    double brightness = 0, squares = 0, steps = 0;
     for (const std::uint32_t i : shown) {
       const FaceRecord& record = records[i];
       const std::array<float, 3> rgb = colors_.rgb(view, record);
@@ -86,12 +86,15 @@ class SightMaker {
       all.add(weight, rgb);
       brightness += weight * level;
       squares += weight * (level * level + contrast * contrast);
+      const double step = record.steps() / 256.0;
+      steps += weight * step * step;
       const auto place = static_cast<std::size_t>(std::ranges::lower_bound(faces, record.face) - faces.begin());
       parts[place * std::min(kCellParts, faces.size()) / faces.size()].add(weight, rgb);
     }
     CellSight result;
     result.view = view;
     result.pixels = static_cast<float>(all.weight);
+    result.steps = static_cast<float>(steps / all.weight);
     const double mean = brightness / all.weight;
     const double contrast = std::sqrt(std::max(0.0, squares / all.weight - mean * mean));
     result.log_contrast = std::log2(kNoContrast + static_cast<float>(contrast));

@@ -42,6 +42,7 @@ struct CellSight {
   std::array<float, 3> rgb{};  ///< mean
   float log_contrast = 0;  ///< logarithm to base 2 of kNoContrast + the standard deviation of the pixels' brightness
   float pixels = 0;        ///< that show the cell
+  float steps = 0;         ///< mean square of FaceRecord::steps(), in grey levels
   std::uint8_t shown = 0;  ///< a bit for each part
   std::array<std::array<std::uint8_t, 3>, kCellParts> parts{};  ///< mean colours
   bool shows_all() const { return shown == kAllParts; }

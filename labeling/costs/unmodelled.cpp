@@ -424,9 +424,7 @@ double judging_bytes(double records, double pixels, double faces) {
   return sights * (kSight + kLinks + records / std::max(faces, 1.0));
 }
 
-void judge_cells(RecordsByView& by_view, const PhotoColors& colors, const Grouped<std::uint32_t>& neighbours,
-                 std::span<const std::uint32_t> photo_of_view) {
-  const Cells cells = make_cells(by_view, colors, neighbours);
+void judge_cells(RecordsByView& by_view, const Cells& cells, std::span<const std::uint32_t> photo_of_view) {
   MeanField field(cells, photo_of_view);
   field.solve();
   const std::vector<std::uint8_t> others = field.others();

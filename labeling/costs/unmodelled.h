@@ -4,9 +4,8 @@
 #include <cstdint>
 #include <span>
 
-#include "io/grouping.h"
+#include "labeling/costs/cells.h"
 #include "labeling/costs/face_records.h"
-#include "labeling/costs/photo_colors.h"
 
 namespace gpvc::labeling {
 
@@ -25,9 +24,8 @@ namespace gpvc::labeling {
 /// Where no two photos agree, as in trees that move, a face keeps one view at least, and which is refused is left to chance.
 /// Constants were chosen on a synthetic city with trees, and by the error on photos held out of three real scenes.
 ///
-/// \param neighbours of all faces \param photo_of_view see find_outliers()
+/// \param cells of the records \param photo_of_view see find_outliers()
 /// O(records + cells * views of a cell^2), TBB; the result does not depend on the number of threads.
-void judge_cells(RecordsByView& by_view, const PhotoColors& colors, const Grouped<std::uint32_t>& neighbours,
-                 std::span<const std::uint32_t> photo_of_view);
+void judge_cells(RecordsByView& by_view, const Cells& cells, std::span<const std::uint32_t> photo_of_view);
 
 }  // namespace gpvc::labeling

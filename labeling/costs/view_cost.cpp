@@ -11,6 +11,7 @@
 
 #include "io/freed_memory.h"
 #include "labeling/costs/agreement.h"
+#include "labeling/costs/defocus.h"
 #include "labeling/costs/face_choice.h"
 #include "labeling/costs/face_records.h"
 #include "labeling/costs/outliers.h"
@@ -198,6 +199,20 @@ struct CandidateCollector::State {
     return found;
   }
 
+  void compare_views(std::span<const double> log2_gain, const Grouped<std::uint32_t>& beside) {
+    const Cells cells = make_cells(by_view, {log2_gain, view_count(by_view)}, beside);
+    const bool quality_is_of_detail = options.term == DataTerm::gmi || options.term == DataTerm::gmi_angle;
+    if (!quality_is_of_detail) discount_blurred(by_view, cells);
+    find_outliers(by_view, log2_gain, beside, photo_of_view);
+    judge_cells(by_view, cells, photo_of_view);
+  }
+
+  /// Where views are not compared, none disagrees.
+  void forget_steps() {
+    for (auto& [view, records] : by_view)
+      for (FaceRecord& record : records) record.disagreement = 0;
+  }
+
   /// \param graph null: made here
   const Grouped<std::uint32_t>& group(const FaceGraph* graph) {
     if (neighbours) return *neighbours;
@@ -292,11 +307,10 @@ PhotoJudgement CandidateCollector::judge_photos(const FaceGraph* graph) {
 void CandidateCollector::judge_faces(const PhotoJudgement& photos, const FaceGraph* graph) {
   leave_out_background(state_->by_view, state_->background, state_->mesh.faces.size());
   leave_out(photos.agreement);
-  if (state_->options.outliers != Outliers::none) {
-    find_outliers(state_->by_view, photos.log2_gain, state_->group(graph), state_->photo_of_view);
-    judge_cells(state_->by_view, {photos.log2_gain, view_count(state_->by_view)}, state_->group(graph),
-                state_->photo_of_view);
-  }
+  if (state_->options.outliers != Outliers::none)
+    state_->compare_views(photos.log2_gain, state_->group(graph));
+  else
+    state_->forget_steps();
   take_judgement(photos.agreement);
 }
 

@@ -69,12 +69,15 @@ constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 /// Four times the brightness.
 std::uint32_t brightness_of(const std::uint8_t* rgb) { return rgb[0] + 2U * rgb[1] + rgb[2]; }
 
+std::uint32_t square_of_step(std::uint32_t a, std::uint32_t b) { return a > b ? (a - b) * (a - b) : (b - a) * (b - a); }
+
 /// Sums over pixels of a face.
 struct PixelSums {
   std::uint32_t pixels = 0, margin = 0;
   std::uint64_t gradient = 0;
   std::array<std::uint64_t, 3> color{};
   std::uint64_t squares = 0;  ///< of brightness, R + 2 G + B
+  std::uint64_t steps = 0;    ///< squared differences of brightness to the pixel before in the row
 
   PixelSums& operator+=(const PixelSums& other) {
     pixels += other.pixels;
@@ -82,6 +85,7 @@ struct PixelSums {
     gradient += other.gradient;
     for (std::size_t c = 0; c < 3; ++c) color[c] += other.color[c];
     squares += other.squares;
+    steps += other.steps;
     return *this;
   }
 
@@ -91,6 +95,9 @@ struct PixelSums {
     return std::sqrt(std::max(0.0, static_cast<double>(squares) - sum * sum / count) / count) / 4;
   }
 
+  /// Their root mean square, in grey levels.
+  double step() const { return std::sqrt(static_cast<double>(steps) / static_cast<double>(pixels)) / 4; }
+
   /// Stores itself in a total that several threads may try to be the first to fill; false if another one was. \pre pixels > 0
   bool fill(PixelSums& total) const {
     std::uint32_t none = 0;
@@ -99,6 +106,7 @@ struct PixelSums {
     total.gradient = gradient;
     total.color = color;
     total.squares = squares;
+    total.steps = steps;
     return true;
   }
 };
@@ -358,10 +366,15 @@ class ViewPass {
   /// Adds the pixels, and their colours.
   void add_colors(const std::vector<std::uint32_t>& photo_pixels, std::uint32_t begin, std::uint32_t end,
                   PixelSums& sums) const {
-    std::uint64_t red = 0, green = 0, blue = 0, squares = 0;
+    std::uint64_t red = 0, green = 0, blue = 0, squares = 0, steps = 0;
     std::uint32_t missing = 0;
     const std::uint8_t* const pixels = photo_.pixels.data();
+    const auto level = [&](std::uint32_t pixel) { return brightness_of(pixels + 3 * std::size_t{pixel}); };
+    std::uint32_t pixel_before = begin > 0 ? photo_pixels[begin - 1] : PhotoLookup::kNoPixel;
+    std::uint32_t before = pixel_before == PhotoLookup::kNoPixel ? 0 : level(pixel_before);
     for (std::uint32_t x = begin; x < end; ++x) {
+      const bool follows = pixel_before != PhotoLookup::kNoPixel;
+      pixel_before = photo_pixels[x];
       if (photo_pixels[x] == PhotoLookup::kNoPixel) {
         ++missing;
         continue;
@@ -372,10 +385,13 @@ class ViewPass {
       blue += rgb[2];
       const std::uint32_t brightness = brightness_of(rgb);
       squares += brightness * brightness;
+      if (follows) steps += square_of_step(brightness, before);
+      before = brightness;
     }
     sums.pixels += end - begin - missing;
     sums.color = {red, green, blue};
     sums.squares = squares;
+    sums.steps = steps;
   }
 
   /// Pixels begin .. end - 1 of the row that lie in the strip; few runs touch it.
@@ -417,11 +433,14 @@ class ViewPass {
     const std::optional<std::size_t> photo_pixel = lookup_.pixel(x, y);
     if (!photo_pixel) return {};
     const std::uint8_t* rgb = photo_.pixels.data() + 3 * *photo_pixel;
+    const std::uint32_t brightness = brightness_of(rgb);
+    const std::optional<std::size_t> before = x > 0 ? lookup_.pixel(x - 1, y) : std::nullopt;
     return {1,
             strip_words_ > 0 && in_strip(static_cast<std::uint32_t>(x), y) ? 1U : 0U,
             wants_gradient() ? of_.gradient[*photo_pixel] : std::uint64_t{0},
             {rgb[0], rgb[1], rgb[2]},
-            std::uint64_t{brightness_of(rgb)} * brightness_of(rgb)};
+            std::uint64_t{brightness} * brightness,
+            before ? square_of_step(brightness, brightness_of(photo_.pixels.data() + 3 * *before)) : std::uint64_t{0}};
   }
 
   std::vector<FaceRecord> records() const {
@@ -461,6 +480,7 @@ class ViewPass {
       result.color[c] = static_cast<std::uint16_t>((sums.color[c] * 256 + sums.pixels / 2) / sums.pixels);
     result.contrast = static_cast<std::uint16_t>(std::lround(256 * sums.contrast()));
     result.pixels = static_cast<std::uint16_t>(std::min<std::uint32_t>(sums.pixels, 65535));
+    result.disagreement = static_cast<std::uint16_t>(std::lround(256 * sums.step()));  // FaceRecord::steps()
     return result;
   }
 

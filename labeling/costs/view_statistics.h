@@ -35,7 +35,7 @@ struct ViewScratch {
 ///   not add up to its area;
 /// - area_angle, gmi_angle: area or gmi times cos^2 of the angle between the face's normal and the line of sight;
 /// - nadir: see DataTerm, times the visible share.
-/// A face that owns no pixel of the IVM takes gradient and colour from the pixel at its centroid.
+/// A face that owns no pixel of the IVM takes gradient, colour and steps from the pixel at its centroid.
 std::vector<FaceRecord> view_statistics(const Mesh& mesh, const View& view, const Image& photo,
                                         const visibility::ViewVisibility& visibility, const CostOptions& options,
                                         ViewScratch& scratch, std::span<const std::uint8_t> wanted = {});

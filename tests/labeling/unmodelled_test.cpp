@@ -84,7 +84,7 @@ Shares outliers(const RecordsByView& by_view,
 Shares judged(std::uint32_t views, const std::function<bool(std::uint32_t, std::uint32_t, std::uint32_t)>& is_canopy,
               std::span<const std::uint32_t> photo_of_view = {}) {
   RecordsByView by_view = records_of(views, is_canopy);
-  judge_cells(by_view, PhotoColors({}, views), neighbours_of_square(), photo_of_view);
+  judge_cells(by_view, make_cells(by_view, PhotoColors({}, views), neighbours_of_square()), photo_of_view);
   return outliers(by_view, is_canopy);
 }
 
@@ -103,7 +103,7 @@ TEST(Unmodelled, WhatAPairAgreesOnIsNoOutlier) {
     if (view < 2)
       for (FaceRecord& r : records)
         if (in_middle(r.face % kSide, r.face / kSide)) r.disagreement = fixed_distance(kMaxDistance);
-  judge_cells(by_view, PhotoColors({}, 7), neighbours_of_square(), {});
+  judge_cells(by_view, make_cells(by_view, PhotoColors({}, 7), neighbours_of_square()), {});
   EXPECT_LT(outliers(by_view, is_canopy).road, 0.05);
 }
 
@@ -147,7 +147,7 @@ TEST(Unmodelled, NothingIsRefusedWherePhotosAgree) {
 
 TEST(Unmodelled, EachFaceKeepsAViewWhereAllDiffer) {
   RecordsByView by_view = records_of(4, [](std::uint32_t, std::uint32_t, std::uint32_t) { return true; });
-  judge_cells(by_view, PhotoColors({}, 4), neighbours_of_square(), {});
+  judge_cells(by_view, make_cells(by_view, PhotoColors({}, 4), neighbours_of_square()), {});
   for (std::size_t face = 0; face < std::size_t{kSide} * kSide; ++face) {
     std::size_t kept = 0;
     for (const auto& [view, records] : by_view) kept += is_out(records[face]) ? 0 : 1;
@@ -165,7 +165,8 @@ TEST(Unmodelled, ViewsOfAPhotoAreNoWitnesses) {
   const auto is_canopy = [](std::uint32_t v, std::uint32_t x, std::uint32_t y) { return v < 2 && in_middle(x, y); };
   RecordsByView by_view = records_of(4, is_canopy);
   for (std::size_t i = 0; i < by_view[0].size(); ++i) by_view[1][i] = by_view[0][i];
-  judge_cells(by_view, PhotoColors({}, 4), neighbours_of_square(), std::array<std::uint32_t, 4>{0, 0, 2, 3});
+  judge_cells(by_view, make_cells(by_view, PhotoColors({}, 4), neighbours_of_square()),
+              std::array<std::uint32_t, 4>{0, 0, 2, 3});
   EXPECT_GT(outliers(by_view, is_canopy).canopy, 0.95);
 }
 
@@ -175,7 +176,7 @@ TEST(Unmodelled, IsTheSameForAnyNumberOfThreads) {
   for (const std::size_t threads : {1U, 4U}) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     results.push_back(records_of(6, is_canopy));
-    judge_cells(results.back(), PhotoColors({}, 6), neighbours_of_square(), {});
+    judge_cells(results.back(), make_cells(results.back(), PhotoColors({}, 6), neighbours_of_square()), {});
   }
   for (const auto& [view, records] : results[0])
     for (std::size_t i = 0; i < records.size(); ++i)

@@ -507,6 +507,38 @@ TEST(Candidates, ViewsOfOnePhotoVoteOnce) {
   EXPECT_EQ(outliers({0, 1, 2, 2}), (std::array{std::size_t{0}, std::size_t{0}, all, all}));
 }
 
+// Slabs of brick, in one photo out of focus. Nothing tells from their sizes which is best.
+TEST(Candidates, BlurredPhotoCostsMore) {
+  Mesh mesh;
+  add_rectangle(mesh, -3.5, -2.5, 3.5, 2.5, 8, 16);
+  const View view = view_from(0);
+  const visibility::ViewVisibility seen = look(mesh, view);
+  const auto slab = [](int x, int y) { return 80 + 20 * ((x / 8 * 5 + y / 8 * 3) % 5); };
+  const Image sharp = paint([&](int x, int y) {
+    const int level = slab(x, y) + (x % 2 == 0 ? 10 : -10);
+    return Color{level, level, level};
+  });
+  const Image blurred = paint([&](int x, int y) { return Color{slab(x, y), slab(x, y), slab(x, y)}; });
+  const auto candidates = [&](Outliers outliers) {
+    CostOptions options;
+    options.outliers = outliers;
+    options.margin_px = 0;
+    CandidateCollector collector(mesh, options);
+    for (std::uint32_t v = 0; v < 3; ++v) collector.add_view(ViewId{v}, view, v == 1 ? blurred : sharp, seen);
+    return collector.finish();
+  };
+  const Candidates compared = candidates(Outliers::clamp), alone = candidates(Outliers::none);
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    ASSERT_EQ(compared.table.views_of(face).size(), 3U);
+    const auto costs = compared.table.costs_of(face);
+    EXPECT_EQ(costs[0], 0.0F);
+    EXPECT_GT(costs[1], 0.5F);
+    EXPECT_EQ(costs[2], 0.0F);
+    EXPECT_EQ(alone.table.costs_of(face)[1], 0.0F);
+  }
+  EXPECT_EQ(alone.outlier_share, std::vector<double>(3, 0.0)) << "brightness steps are no disagreement";
+}
+
 TEST(Candidates, FaceThatNoViewSeesIsUnseen) {
   Mesh mesh;
   add_rectangle(mesh, -1, -1, 1, 1, -8, 1);

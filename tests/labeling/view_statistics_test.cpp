@@ -38,6 +38,7 @@ TEST(ViewStatistics, AreaGradientAndColor) {
       EXPECT_NEAR(static_cast<double>(record.quality), expected, 1e-3);
       EXPECT_TRUE(record.is_full());
       EXPECT_EQ(record.margin, 0);
+      EXPECT_EQ(record.steps(), 2 * 256);
     }
     // Columns 20 to 43; the first triangle has the left upper half of them, 24 pixels in the first column, one less in
     // each of the next: the centres on the diagonal belong to neither here, so 23.
