@@ -37,6 +37,8 @@ class Program {
               err_file = open(err.c_str(), O_CREAT | O_WRONLY, 0600);
     dup2(out_file, STDOUT_FILENO);
     dup2(err_file, STDERR_FILENO);
+    // A shell's background jobs ignore SIGINT, and gpvc goes on ignoring what it was started to ignore.
+    for (const int sent : {SIGINT, SIGTERM, SIGHUP}) signal(sent, SIG_DFL);
     if (in_child) in_child();
     std::vector<std::string> words{binary};
     words.insert(words.end(), arguments.begin(), arguments.end());
