@@ -99,13 +99,20 @@ class SightMaker {
     const double contrast = std::sqrt(std::max(0.0, squares / all.weight - mean * mean));
     result.log_contrast = std::log2(kNoContrast + static_cast<float>(contrast));
     for (std::size_t c = 0; c < 3; ++c) result.rgb[c] = static_cast<float>(all.rgb[c] / all.weight);
-    for (std::size_t p = 0; p < kCellParts; ++p) {
-      if (!(parts[p].weight > 0)) continue;
-      result.shown = static_cast<std::uint8_t>(result.shown | 1U << p);
-      for (std::size_t c = 0; c < 3; ++c)
-        result.parts[p][c] = static_cast<std::uint8_t>(std::clamp(parts[p].rgb[c] / parts[p].weight + 0.5, 0.0, 255.0));
-    }
+    for (std::size_t p = 0; p < kCellParts; ++p)
+      if (parts[p].weight > 0) add_part(p, parts[p], result);
     return result;
+  }
+
+  static void add_part(std::size_t part, const ColorSum& sum, CellSight& result) {
+    result.shown = static_cast<std::uint8_t>(result.shown | 1U << part);
+    ++result.shown_parts;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto level = static_cast<std::uint8_t>(std::clamp(sum.rgb[c] / sum.weight + 0.5, 0.0, 255.0));
+      result.parts[part][c] = level;
+      result.part_levels[c] = static_cast<std::uint16_t>(result.part_levels[c] + level);
+      result.part_squares += std::uint32_t{level} * level;
+    }
   }
 
   const Grouped<std::uint32_t>& faces_;  ///< by cell, ascending

@@ -44,9 +44,14 @@ struct CellSight {
   float pixels = 0;        ///< that show the cell
   float steps = 0;         ///< mean square of FaceRecord::steps(), in grey levels
   std::uint8_t shown = 0;  ///< a bit for each part
-  std::array<std::array<std::uint8_t, 3>, kCellParts> parts{};  ///< mean colours
+  std::uint8_t shown_parts = 0;                                 ///< how many those are
+  std::array<std::array<std::uint8_t, 3>, kCellParts> parts{};  ///< mean colours; 0 of others than those
+  // Sums over the parts, as a sight is compared with many others.
+  std::array<std::uint16_t, 3> part_levels{};
+  std::uint32_t part_squares = 0;  ///< of all channels
   bool shows_all() const { return shown == kAllParts; }
 };
+static_assert(sizeof(CellSight) == 64);
 /// Grey levels below which noise dominates the contrast.
 inline constexpr float kNoContrast = 4;
 

@@ -313,32 +313,38 @@ class MeanField {
     std::vector<float> next = surface_;
     for (int n = 0; n < steps; ++n) {
       for_each_cell([&](std::uint32_t cell) {
-        if (places_[cell].is_settled) return;
-        const std::size_t begin = cells_.sights.first[cell], end = cells_.sights.first[cell + 1];
-        for (std::size_t i = begin; i < end; ++i) next[i] = 0.5F * surface_[i] + 0.5F * update(cell, i - begin);
+        if (!places_[cell].is_settled) update(cell, std::span(next).subspan(cells_.sights.first[cell]));
       });
       surface_.swap(next);
     }
   }
 
-  float update(std::uint32_t cell, std::size_t i) {
+  /// Sets next[i] for each view i of the cell.
+  void update(std::uint32_t cell, std::span<float> next) {
     const std::size_t begin = cells_.sights.first[cell], views = cells_.sights[cell].size();
-    const std::span<const Link> links = links_of(cell, i);
-    float around = 0;
-    for (const Link& link : links)
-      if (link.sight != kNoSight) around += link.strength * (2 * surface_[link.sight] - 1);
-    if (!links.empty()) around /= static_cast<float>(links.size());
-    float agree = 0, differ = 0;
-    const std::span<const std::int8_t> pairs = pairs_of(cell).subspan(i * views, views);
-    for (std::size_t j = 0; j < views; ++j) {
-      const float weight = static_cast<float>(pairs[j]) * surface_[begin + j];
-      agree += std::max(weight, 0.0F);
-      differ += std::max(-weight, 0.0F);
+    const std::span<const std::int8_t> pairs = pairs_of(cell);
+    std::array<float, kMostSights> agree, differ;
+    std::fill_n(agree.begin(), views, 0.0F);
+    std::fill_n(differ.begin(), views, 0.0F);
+    // Of pairs (i, j) those of a j lie one after the other, too, so that the compiler vectorizes the sums.
+    for (std::size_t j = 0; j < views; ++j)
+      for (std::size_t i = 0; i < views; ++i) {
+        const float weight = static_cast<float>(pairs[j * views + i]) * surface_[begin + j];
+        agree[i] += std::max(weight, 0.0F);
+        differ[i] += std::max(-weight, 0.0F);
+      }
+    for (std::size_t i = 0; i < views; ++i) {
+      const std::span<const Link> links = links_of(cell, i);
+      float around = 0;
+      for (const Link& link : links)
+        if (link.sight != kNoSight) around += link.strength * (2 * surface_[link.sight] - 1);
+      if (!links.empty()) around /= static_cast<float>(links.size());
+      agreeing_[begin + i] = agree[i] / kUnit;
+      static_assert(kVotes == 4);
+      const float votes = square(square((1 + differ[i] / kUnit) / (1 + agree[i] / kUnit)));
+      const float found = 1 / (1 + votes * std::exp(-(kPrior + kAround * around + kLikeness * likeness_[begin + i])));
+      next[i] = 0.5F * surface_[begin + i] + 0.5F * found;
     }
-    agreeing_[begin + i] = agree / kUnit;
-    static_assert(kVotes == 4);
-    const float votes = square(square((1 + differ / kUnit) / (1 + agree / kUnit)));
-    return 1 / (1 + votes * std::exp(-(kPrior + kAround * around + kLikeness * likeness_[begin + i])));
   }
 
   /// Per cell what the photos agree on; none where they do not.

@@ -69,7 +69,8 @@ constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 /// Four times the brightness.
 std::uint32_t brightness_of(const std::uint8_t* rgb) { return rgb[0] + 2U * rgb[1] + rgb[2]; }
 
-std::uint32_t square_of_step(std::uint32_t a, std::uint32_t b) { return a > b ? (a - b) * (a - b) : (b - a) * (b - a); }
+/// Of whatever sign: unsigned differences wrap around, and their squares do not tell. Which is the larger cannot be predicted.
+std::uint32_t square_of_step(std::uint32_t a, std::uint32_t b) { return (a - b) * (a - b); }
 
 /// Sums over pixels of a face.
 struct PixelSums {
