@@ -160,9 +160,13 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   Clock::time_point start = Clock::now();
   std::size_t decodes = given.photos.decodes().times;
   std::optional<AlignmentFit> alignment = take_alignment(options.kept, given);
+  std::optional<LevelingResult> leveling = take_leveling(options.kept, given, layout.set);
+  CutPlaces cuts;
+  if (!alignment || !leveling) cuts = cut_places(given, state.neighbours);
   if (!alignment) {
     // No page is open yet.
-    alignment = align_photos(given, state.neighbours, state.options.align, std::min(options.page_bytes, kMatchBytes));
+    alignment =
+        align_photos(given, state.neighbours, cuts, state.options.align, std::min(options.page_bytes, kMatchBytes));
     keep_alignment(options.kept, *alignment);
   }
   statistics.alignment = alignment->statistics;
@@ -196,9 +200,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
     const std::size_t before = std::exchange(decodes, input.photos.decodes().times);
     return decodes - before;
   };
-  std::optional<LevelingResult> leveling = take_leveling(options.kept, input, layout.set);
   if (!leveling) {
-    leveling = level_seams(input, layout.set, state.coverage, state.neighbours, blending, state.options.seams);
+    leveling = level_seams(input, layout.set, state.coverage, cuts, blending, state.options.seams);
+    cuts = {};
     keep_leveling(options.kept, *leveling);
   }
   statistics.seam_step_before = leveling->step_before;
