@@ -33,28 +33,27 @@ struct AtlasPlan::State {
 
 namespace {
 
-/// A vertex with its position in a chart's texels.
-struct ChartVertex {
-  std::uint32_t vertex;
-  TexelPoint at;
-};
-
-/// A projected chart's vertices, each once, in ascending order: its faces share them. A chart of unseen faces has all
-/// corners, in the order of its faces.
-std::vector<ChartVertex> chart_vertices(const Mesh& mesh, const ChartSet& set, const Chart& chart) {
-  std::vector<ChartVertex> list;
+/// Numbers the texture coordinates of a chart's faces, from 0 on, and returns where they lie in its texels. A projected chart has one for
+/// each vertex, in ascending order: its faces share them. A chart of unseen faces has all corners, in the order of its faces.
+std::vector<TexelPoint> number_texcoords(const Mesh& mesh, const ChartSet& set, const Chart& chart,
+                                         std::vector<Triangle>& face_texcoords) {
+  constexpr unsigned kBits = 32;
+  std::vector<std::uint64_t> corners;  // the vertex, and the number among the corners of all faces
+  corners.reserve(3 * chart.faces.size());
   for (const auto face : chart.faces)
-    for (std::size_t i = 0; i < 3; ++i) list.push_back({mesh.faces[face][i], set.corners[face][i]});
-  if (chart.kind == ChartKind::unseen) return list;
-  std::ranges::stable_sort(list, {}, &ChartVertex::vertex);
-  list.erase(std::unique(list.begin(), list.end(),
-                         [](const ChartVertex& a, const ChartVertex& b) { return a.vertex == b.vertex; }),
-             list.end());
-  return list;
-}
-
-std::size_t find_vertex(std::span<const ChartVertex> list, std::uint32_t vertex) {
-  return static_cast<std::size_t>(std::ranges::lower_bound(list, vertex, {}, &ChartVertex::vertex) - list.begin());
+    for (const std::uint32_t vertex : mesh.faces[face])
+      corners.push_back(std::uint64_t{vertex} << kBits | corners.size());
+  const bool are_shared = chart.kind != ChartKind::unseen;
+  if (are_shared) std::ranges::sort(corners);
+  std::vector<TexelPoint> at;
+  std::uint64_t before = 0;
+  for (const std::uint64_t corner : corners) {
+    const std::size_t number = corner & 0xFFFFFFFFu, face = chart.faces[number / 3];
+    if (!are_shared || at.empty() || corner >> kBits != before >> kBits) at.push_back(set.corners[face][number % 3]);
+    before = corner;
+    face_texcoords[face][number % 3] = static_cast<std::uint32_t>(at.size() - 1);
+  }
+  return at;
 }
 
 void take_layout(const AtlasInput& input, io::TexturedModel& model) {
@@ -71,30 +70,26 @@ void write_texcoords(const AtlasBuild& build, io::TexturedModel& model) {
   if (build.input.layout != nullptr) return take_layout(build.input, model);
   const Mesh& mesh = build.input.mesh;
   const std::span charts = std::span(build.set.charts).first(build.set.placed);
-  std::vector<std::vector<ChartVertex>> vertices(charts.size());
-  tbb::parallel_for(std::size_t{0}, charts.size(),
-                    [&](std::size_t c) { vertices[c] = chart_vertices(mesh, build.set, charts[c]); });
+  std::vector<std::vector<TexelPoint>> places(charts.size());
+  model.face_texcoords.resize(mesh.faces.size());
+  tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t c) {
+    places[c] = number_texcoords(mesh, build.set, charts[c], model.face_texcoords);
+  });
   std::vector<std::size_t> first(charts.size() + 1, 0);
-  for (std::size_t c = 0; c < charts.size(); ++c) first[c + 1] = first[c] + vertices[c].size();
+  for (std::size_t c = 0; c < charts.size(); ++c) first[c + 1] = first[c] + places[c].size();
   if (first.back() >= 0xFFFFFFFFu) throw std::length_error("more texture coordinates than 32-bit indices can address");
   model.texcoords.resize(first.back());
-  model.face_texcoords.resize(mesh.faces.size());
   model.face_page.assign(mesh.faces.size(), io::kNoPage);
   tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t c) {
     const ChartPlace& place = build.places[c];
     const Image& image = build.pages[place.page].image;
-    for (std::size_t i = 0; i < vertices[c].size(); ++i) {
-      const TexelPoint q = place.point(vertices[c][i].at);
+    for (std::size_t i = 0; i < places[c].size(); ++i) {
+      const TexelPoint q = place.point(places[c][i]);
       model.texcoords[first[c] + i] = {static_cast<float>(q.x / image.width), static_cast<float>(q.y / image.height)};
     }
-    std::size_t corner = 0;
     for (const auto face : charts[c].faces) {
       model.face_page[face] = place.page;
-      for (std::size_t i = 0; i < 3; ++i, ++corner) {
-        const bool shared = charts[c].kind != ChartKind::unseen;
-        const std::size_t at = shared ? find_vertex(vertices[c], mesh.faces[face][i]) : corner;
-        model.face_texcoords[face][i] = static_cast<std::uint32_t>(first[c] + at);
-      }
+      for (std::uint32_t& texcoord : model.face_texcoords[face]) texcoord += static_cast<std::uint32_t>(first[c]);
     }
   });
 }
@@ -165,9 +160,13 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   Clock::time_point start = Clock::now();
   std::size_t decodes = given.photos.decodes().times;
   std::optional<AlignmentFit> alignment = take_alignment(options.kept, given);
+  std::optional<LevelingResult> leveling = take_leveling(options.kept, given, layout.set);
+  CutPlaces cuts;
+  if (!alignment || !leveling) cuts = cut_places(given, state.neighbours);
   if (!alignment) {
     // No page is open yet.
-    alignment = align_photos(given, state.neighbours, state.options.align, std::min(options.page_bytes, kMatchBytes));
+    alignment =
+        align_photos(given, state.neighbours, cuts, state.options.align, std::min(options.page_bytes, kMatchBytes));
     keep_alignment(options.kept, *alignment);
   }
   statistics.alignment = alignment->statistics;
@@ -201,9 +200,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
     const std::size_t before = std::exchange(decodes, input.photos.decodes().times);
     return decodes - before;
   };
-  std::optional<LevelingResult> leveling = take_leveling(options.kept, input, layout.set);
   if (!leveling) {
-    leveling = level_seams(input, layout.set, state.coverage, state.neighbours, blending, state.options.seams);
+    leveling = level_seams(input, layout.set, state.coverage, cuts, blending, state.options.seams);
+    cuts = {};
     keep_leveling(options.kept, *leveling);
   }
   statistics.seam_step_before = leveling->step_before;

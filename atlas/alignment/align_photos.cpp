@@ -4,12 +4,12 @@
 
 namespace gpvc::atlas {
 
-AlignmentFit align_photos(const AtlasInput& input, const FaceNeighbours& neighbours, PhotoAlignment mode,
-                          std::size_t bytes) {
+AlignmentFit align_photos(const AtlasInput& input, const FaceNeighbours& neighbours, const CutPlaces& cuts,
+                          PhotoAlignment mode, std::size_t bytes) {
   AlignmentFit fit;
   fit.fields.assign(input.alignment.begin(), input.alignment.end());
   if (!fit.fields.empty() || mode == PhotoAlignment::none) return fit;
-  return fit_alignment(input.scene, match_photos(input, neighbours, bytes));
+  return fit_alignment(input.scene, match_photos(input, neighbours, cuts, bytes));
 }
 
 Scene aligned_scene(const Scene& scene, std::span<const ShiftField> fields) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "atlas/alignment/cut_places.h"
 #include "atlas/alignment/surface_grid.h"
 #include "atlas/atlas.h"
 #include "atlas/charts/charts.h"
@@ -13,13 +14,14 @@
 namespace gpvc::atlas {
 
 /// As the public match_photos(), in so many bytes: the fewer, the more often photos are fetched. The matches are the same.
-std::vector<PhotoMatch> match_photos(const AtlasInput& input, const FaceNeighbours& neighbours, std::size_t bytes);
+std::vector<PhotoMatch> match_photos(const AtlasInput& input, const FaceNeighbours& neighbours, const CutPlaces& cuts,
+                                     std::size_t bytes);
 /// More would hardly save a fetch.
 inline constexpr std::size_t kMatchBytes = std::size_t{75} << 20;
 
 /// The input's, or what is fitted to the matches of its photos. \pre input.alignment is empty or has one field a view
-AlignmentFit align_photos(const AtlasInput& input, const FaceNeighbours& neighbours, PhotoAlignment mode,
-                          std::size_t bytes);
+AlignmentFit align_photos(const AtlasInput& input, const FaceNeighbours& neighbours, const CutPlaces& cuts,
+                          PhotoAlignment mode, std::size_t bytes);
 
 /// The scene as the fields have it. \param fields empty, or one a view
 Scene aligned_scene(const Scene& scene, std::span<const ShiftField> fields);

@@ -50,20 +50,21 @@ std::optional<CutPlace> place_on(const AtlasInput& input, std::uint32_t edge) {
 
 }  // namespace
 
-std::vector<ComparedPlace> cut_places(const AtlasInput& input) {
+CutPlaces cut_places(const AtlasInput& input, const FaceNeighbours& neighbours) {
   std::vector<CutPlace> found;
   for (std::uint32_t e = 0; e < input.graph.edges.size(); ++e)
     if (const auto one = place_on(input, e)) found.push_back(*one);
   std::ranges::sort(found, {}, [](const CutPlace& f) { return std::tuple(f.square(), f.edge); });
   const auto same = [](const CutPlace& a, const CutPlace& b) { return a.square() == b.square(); };
   found.erase(std::unique(found.begin(), found.end(), same), found.end());
-  std::vector<ComparedPlace> places;
+  CutPlaces cuts;
   const std::size_t stride = found.size() / kMostCutPlaces + 1;
   for (std::size_t i = 0; i < found.size(); i += stride) {
     const CutPlace& one = found[i];
-    places.push_back({{ViewId{one.views[0]}, one.at, input.graph.edges[one.edge][0]}, {ViewId{one.views[1]}}, 1});
+    cuts.places.push_back({{ViewId{one.views[0]}, one.at, input.graph.edges[one.edge][0]}, {ViewId{one.views[1]}}, 1});
   }
-  return places;
+  cuts.surfaces = find_surfaces(input, neighbours, cuts.places);
+  return cuts;
 }
 
 }  // namespace gpvc::atlas

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "atlas/alignment/alignment.h"
-#include "atlas/alignment/cut_places.h"
 #include "atlas/alignment/place_patches.h"
 #include "atlas/baking/each_photo.h"
 #include "atlas/charts/charts.h"
@@ -103,9 +102,8 @@ std::optional<PhotoMatch> match_of(const AtlasInput& input, const ComparedPlace&
   return is_sound(match, input.scene) ? std::optional(match) : std::nullopt;
 }
 
-void add_matches(const AtlasInput& input, const FaceNeighbours& neighbours, std::span<const ComparedPlace> places,
+void add_matches(const AtlasInput& input, std::span<const ComparedPlace> places, PlacePatches& patches,
                  std::vector<PhotoMatch>& matches) {
-  PlacePatches patches(input, neighbours, places);
   struct Work {
     bool is_needed = false;
     bool empty() const { return !is_needed; }
@@ -121,22 +119,29 @@ void add_matches(const AtlasInput& input, const FaceNeighbours& neighbours, std:
 
 }  // namespace
 
-std::vector<PhotoMatch> match_photos(const AtlasInput& input, const FaceNeighbours& neighbours, std::size_t bytes) {
+std::vector<PhotoMatch> match_photos(const AtlasInput& input, const FaceNeighbours& neighbours, const CutPlaces& cuts,
+                                     std::size_t bytes) {
   // What lies on cuts is what one sees: there photos are compared more closely.
   std::vector<ComparedPlace> places = places_to_match(input);
-  const std::vector<ComparedPlace> cuts = cut_places(input);
-  places.insert(places.end(), cuts.begin(), cuts.end());
+  places.insert(places.end(), cuts.places.begin(), cuts.places.end());
   std::vector<PhotoMatch> matches;
   for (std::span<const ComparedPlace> left = places; !left.empty();) {
     const std::size_t count = std::min(left.size(), std::max(kLeastBatch, bytes / kPlaceBytes));
-    add_matches(input, neighbours, left.first(count), matches);
+    const auto batch = left.first(count);
     left = left.subspan(count);
+    // The cuts of a batch are the last of its places.
+    const std::size_t cuts_left = std::min(left.size(), cuts.places.size());
+    const std::size_t on_cuts = std::min(count, cuts.places.size() - cuts_left);
+    const auto shared = std::span(cuts.surfaces).last(on_cuts + cuts_left).first(on_cuts);
+    PlacePatches patches(input, batch, find_surfaces(input, neighbours, batch.first(count - on_cuts)), shared);
+    add_matches(input, batch, patches, matches);
   }
   return matches;
 }
 
 std::vector<PhotoMatch> match_photos(const AtlasInput& input) {
-  return match_photos(input, group_neighbours(input.mesh.faces.size(), input.graph.edges), kMatchBytes);
+  const FaceNeighbours neighbours = group_neighbours(input.mesh.faces.size(), input.graph.edges);
+  return match_photos(input, neighbours, cut_places(input, neighbours), kMatchBytes);
 }
 
 }  // namespace gpvc::atlas

@@ -12,8 +12,8 @@ namespace gpvc::atlas {
 namespace {
 
 /// The reference and the others.
-std::array<ViewId, 1 + ComparedPlace::kMostOthers> views_of(const ComparedPlace& place) {
-  std::array<ViewId, 1 + ComparedPlace::kMostOthers> views{place.on.reference};
+std::array<ViewId, PlaceSurface::kViews> views_of(const ComparedPlace& place) {
+  std::array<ViewId, PlaceSurface::kViews> views{place.on.reference};
   std::ranges::copy(place.others, views.begin() + 1);
   return views;
 }
@@ -43,25 +43,28 @@ std::array<bool, kViews> showing(const AtlasInput& input, const SurfaceGrid& gri
 
 }  // namespace
 
-PlacePatches::PlacePatches(const AtlasInput& input, const FaceNeighbours& neighbours,
-                           std::span<const ComparedPlace> places)
-    : input_(&input), places_(places), depths_(places.size()), patches_(places.size()) {
-  std::vector<std::array<bool, kPatches>> wanted(places.size());
+std::vector<PlaceSurface> find_surfaces(const AtlasInput& input, const FaceNeighbours& neighbours,
+                                        std::span<const ComparedPlace> places) {
+  std::vector<PlaceSurface> surfaces(places.size());
   tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
     const ComparedPlace& place = places[i];
     const auto grid = surface_around(input.mesh, neighbours, input.scene, place.on);
     if (!grid) return;
     const auto shows = showing(input, *grid, views_of(place), 1 + place.count);
     // Without the reference nothing is compared, and without an other.
-    if (!shows[0] || std::ranges::count(shows, true) < 2) return;
-    depths_[i] = grid->depth;
-    wanted[i] = shows;
+    if (shows[0] && std::ranges::count(shows, true) >= 2) surfaces[i] = {grid->depth, shows};
   });
+  return surfaces;
+}
+
+PlacePatches::PlacePatches(const AtlasInput& input, std::span<const ComparedPlace> places,
+                           std::vector<PlaceSurface> surfaces, std::span<const PlaceSurface> shared)
+    : input_(&input), places_(places), surfaces_(std::move(surfaces)), shared_(shared), patches_(places.size()) {
   of_view_ = group_items<Taken>(input.scene.views.size(), [&](const auto& emit) {
     for (std::uint32_t i = 0; i < places.size(); ++i) {
       const auto views = views_of(places[i]);
       for (std::uint32_t k = 0; k < kPatches; ++k)
-        if (wanted[i][k]) emit(index(views[k]), Taken{i, k});
+        if (surface(i).shown[k]) emit(index(views[k]), Taken{i, k});
     }
   });
 }
@@ -71,7 +74,7 @@ void PlacePatches::take(ViewId view, const Image& means) {
   const std::span<const Taken> mine = std::as_const(of_view_)[index(view)];
   tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t i) {
     const auto [place, patch] = mine[i];
-    patches_[place][patch] = take_patch(input_->scene, places_[place].on, depths_[place], view, luma);
+    patches_[place][patch] = take_patch(input_->scene, places_[place].on, surface(place).depths, view, luma);
   });
 }
 

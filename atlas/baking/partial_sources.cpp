@@ -66,6 +66,13 @@ void grow(std::vector<std::uint64_t>& bits, std::size_t words) {
     }
 }
 
+/// True if all pixels whose centres lie in the outline are of the coverage's box.
+bool has_pixels_of(const visibility::FaceCoverage& entry, const TexelTriangle& outline) {
+  return std::ranges::all_of(outline, [&](const TexelPoint& p) {
+    return p.x >= -0.5 && p.y >= -0.5 && p.x <= entry.width + 0.5 && p.y <= entry.height + 0.5;
+  });
+}
+
 /// Clearance over the coverage's box: pixels within margin_px (chessboard distance) of one where the face is hidden are
 /// near an occluder, their neighbours beside it. Empty where none is.
 Clearance find_clearance(const visibility::CoverageTable& table, const visibility::FaceCoverage& entry,
@@ -79,7 +86,10 @@ Clearance find_clearance(const visibility::CoverageTable& table, const visibilit
                std::span(near).subspan(static_cast<std::size_t>(y) * clearance.words, clearance.words));
   });
   // Most faces are hidden nowhere.
-  if (std::ranges::find_if(near, [](std::uint64_t word) { return word != 0; }) == near.end()) return {};
+  if (std::ranges::all_of(near, [](std::uint64_t word) { return word == 0; })) {
+    clearance.is_whole = has_pixels_of(entry, *outline);
+    return clearance;
+  }
   for (int distance = 1; distance <= margin_px; ++distance) {
     grow(near, clearance.words);
     if (distance == 1) clearance.beside = near;
@@ -235,6 +245,14 @@ class SourceChooser {
     return source;
   }
 
+  /// Places of a row, or of a part of it, that a source shows clearly, as far as that is known without a look at each.
+  static InnerRow clear_row(const TexelSource& source, const InnerRow& inner, const InnerRow& part, double y) {
+    if (source.coverage) return source.clearance.is_whole ? inner : InnerRow{};
+    // What lies in front of the camera at both ends does in between.
+    const auto is_in_front = [&](double x) { return source.frame_from_texel(x, y).has_value(); };
+    return is_in_front(part.low) && is_in_front(part.high) ? part : InnerRow{};
+  }
+
   /// For each texel the first source, in order of preference, of those with the best sight of its centre.
   void choose_best() {
     const CellBox& box = raster_.box;
@@ -255,9 +273,11 @@ class SourceChooser {
     for (std::size_t k = 0; k < count && open > 0; ++k) {
       const TexelSource& next = source(first + k);
       const InnerRow inner = inner_row(next, y + 0.5);
+      const InnerRow clear = clear_row(next, inner, {first_x + 0.5, end_x - 0.5}, y + 0.5);
       for (std::size_t i = 0; i < sights_.size(); ++i) {
         if (sights_[i] == Sight::clear) continue;
-        const Sight sight = sight_at(next, table_, inner, first_x + static_cast<double>(i) + 0.5, y + 0.5);
+        const double x = first_x + static_cast<double>(i) + 0.5;
+        const Sight sight = clear.has(x) ? Sight::clear : sight_at(next, table_, inner, x, y + 0.5);
         if (sight <= sights_[i]) continue;
         sights_[i] = sight;
         choice_[at + i].best = static_cast<std::uint8_t>(k);

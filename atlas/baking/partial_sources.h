@@ -31,6 +31,7 @@ enum class Sight : std::uint8_t {
 struct Clearance {
   std::size_t words = 0;                    ///< of a row
   std::vector<std::uint64_t> beside, near;  ///< what the former has, the latter has as well
+  bool is_whole = false;                    ///< the face lies in the box, and is hidden nowhere
   Sight at(int x, int y) const {
     if (near.empty()) return Sight::clear;
     const auto column = static_cast<std::size_t>(x), word = static_cast<std::size_t>(y) * words + column / 64;

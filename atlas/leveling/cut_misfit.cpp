@@ -1,9 +1,9 @@
 #include "atlas/leveling/cut_misfit.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "atlas/alignment/alignment.h"
-#include "atlas/alignment/cut_places.h"
 
 namespace gpvc::atlas {
 
@@ -17,9 +17,6 @@ double quantile(std::vector<double>& values, double share) {
 }
 
 }  // namespace
-
-CutPatches::CutPatches(const AtlasInput& input, const FaceNeighbours& neighbours)
-    : input_(&input), places_(cut_places(input)), patches_(input, neighbours, places_) {}
 
 CutMisfit CutPatches::measure() const {
   CutMisfit result;

@@ -1,8 +1,9 @@
 // How far the photos on the two sides of cuts between charts are apart.
 #pragma once
 
-#include <vector>
+#include <span>
 
+#include "atlas/alignment/cut_places.h"
 #include "atlas/alignment/place_patches.h"
 #include "atlas/atlas.h"
 
@@ -11,8 +12,9 @@ namespace gpvc::atlas {
 /// Patches of both photos around places on cuts.
 class CutPatches {
  public:
-  /// Borrows both. See cut_places() and PlacePatches.
-  CutPatches(const AtlasInput& input, const FaceNeighbours& neighbours);
+  /// Borrows both.
+  CutPatches(const AtlasInput& input, const CutPlaces& cuts)
+      : input_(&input), places_(cuts.places), patches_(input, places_, {}, cuts.surfaces) {}
   CutPatches(const CutPatches&) = delete;
   CutPatches& operator=(const CutPatches&) = delete;
 
@@ -23,7 +25,7 @@ class CutPatches {
 
  private:
   const AtlasInput* input_;
-  std::vector<ComparedPlace> places_;
+  std::span<const ComparedPlace> places_;
   PlacePatches patches_;
 };
 

@@ -192,15 +192,15 @@ class Leveler {
 }  // namespace
 
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                           const FaceNeighbours& neighbours, const BlendWeights& blending, SeamLeveling mode) {
+                           const CutPlaces& cuts, const BlendWeights& blending, SeamLeveling mode) {
   LevelingResult result;
   if (mode == SeamLeveling::none) return result;
   std::vector<SeamEdge> edges = find_seams(input);
   SeamBlend blend(input, blending, edges);
-  CutPatches cuts(input, neighbours);
+  CutPatches patches(input, cuts);
   OverlapRatios overlaps(input);
-  SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &cuts, &overlaps});
-  result.cuts = cuts.measure();
+  SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &patches, &overlaps});
+  result.cuts = patches.measure();
   result.step_before = mean_step(seams);
   result.misfit_before = mean_misfit(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;

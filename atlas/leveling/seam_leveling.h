@@ -10,6 +10,7 @@
 //             (Perez et al. 2003), but in closed form.
 #pragma once
 
+#include "atlas/alignment/cut_places.h"
 #include "atlas/atlas.h"
 #include "atlas/baking/coverage_index.h"
 #include "atlas/blending/blend_weights.h"
@@ -34,7 +35,7 @@ GPVC_MEMBERS(LevelingResult, correction, step_before, step_after, misfit_before,
 /// none: no correction, reads no photo, steps are zero. global: exposure and offsets. full: strips, too. Deterministic.
 /// What `blending` adds to colours counts as theirs.
 LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const CoverageIndex& coverage,
-                           const FaceNeighbours& neighbours, const BlendWeights& blending, SeamLeveling mode);
+                           const CutPlaces& cuts, const BlendWeights& blending, SeamLeveling mode);
 
 /// Sensors quantize and clip: true where no channel is so dark that a level is several per cent, or so bright that values are unreliable.
 bool has_logs(const Color& color);

@@ -200,7 +200,8 @@ class PlaneOfThreePhotos {
     io::PhotoCache photos(scene_.scene, std::size_t{1} << 30);
     const AtlasInput input{scene_.mesh, scene_.scene,      photos,         scene_.graph, scene_.labels,
                            scene_.tags, scene_.candidates, scene_.coverage};
-    return match_photos(input, group_neighbours(scene_.mesh.faces.size(), scene_.graph.edges), bytes);
+    const FaceNeighbours neighbours = group_neighbours(scene_.mesh.faces.size(), scene_.graph.edges);
+    return match_photos(input, neighbours, cut_places(input, neighbours), bytes);
   }
   TextureAtlas build(PhotoAlignment align) {
     AtlasOptions options;
