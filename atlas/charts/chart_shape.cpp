@@ -36,8 +36,12 @@ Rows margin_rows(const Chart& chart, std::span<const TexelTriangle> corners, int
   for (const auto face : chart.faces)
     triangle_spans(corners[face], margin + 0.5, box, [&](int y, int first, int last) {
       auto& row = rows[static_cast<std::size_t>(y - box.y0)];
-      if (!row.empty() && first >= row.back().first && last <= row.back().second) return;
-      row.emplace_back(first - box.x0, last - box.x0);
+      const std::pair<int, int> span(first - box.x0, last - box.x0);
+      // Faces that follow each other mostly lie beside each other.
+      if (!row.empty() && span.first <= row.back().second + 1 && row.back().first <= span.second + 1)
+        row.back() = {std::min(row.back().first, span.first), std::max(row.back().second, span.second)};
+      else
+        row.push_back(span);
     });
   for (auto& row : rows) unite(row);
   return rows;

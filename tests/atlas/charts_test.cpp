@@ -7,6 +7,7 @@
 
 #include "atlas/baking/pages.h"
 #include "atlas/charts/chart_raster.h"
+#include "atlas/charts/chart_shape.h"
 #include "atlas/charts/texel_set.h"
 #include "tests/atlas/atlas_scene.h"
 
@@ -224,6 +225,41 @@ TEST(TexelSet, AgreesWithAPlainSetOfTexels) {
     a.take(b);
     for (const auto& [x, y] : plain_b) EXPECT_TRUE(a.meets(y, x, x));
     for (const auto& [x, y] : plain_a) EXPECT_TRUE(a.meets(y, x, x));
+  }
+}
+
+// Blocks hold every texel that a face touches with the margin around it, whatever the order in which faces come.
+TEST(ChartShape, HoldsTheMarginOfEveryFace) {
+  constexpr int kPadding = 8, kWidth = 48, kHeight = 40;
+  const int edge = block_edge(kPadding), margin = block_margin(kPadding);
+  std::mt19937 random(11);
+  for (int n = 0; n < 200; ++n) {
+    const auto within = [&](int most) { return std::uniform_real_distribution<double>(0, most)(random); };
+    Chart chart;
+    chart.width = kWidth;
+    chart.height = kHeight;
+    std::vector<TexelTriangle> corners;
+    std::set<std::pair<int, int>> touched;
+    for (std::uint32_t f = 0; f < 30; ++f) {
+      TexelTriangle t;
+      const double x = within(kWidth - 12), y = within(kHeight - 12);
+      for (TexelPoint& p : t) p = {x + within(12), y + within(12)};
+      corners.push_back(t);
+      chart.faces.push_back(f);
+      triangle_spans(t, 0.5, {0, 0, kWidth, kHeight}, [&](int row, int first, int last) {
+        for (int column = first; column <= last; ++column) touched.emplace(column, row);
+      });
+    }
+    const ChartShape shape = chart_shape(chart, corners, kPadding, 1024);
+    std::set<std::pair<int, int>> blocks;
+    for (const CellRun& run : shape.blocks.runs)
+      for (int i = 0; i < run.length; ++i) blocks.emplace(run.first + i, run.row);
+    std::size_t outside = 0;
+    for (const auto& [x, y] : touched)
+      for (const int right : {-margin, margin})
+        for (const int down : {-margin, margin})
+          outside += blocks.contains({(x + right + shape.inset_x) / edge, (y + down + shape.inset_y) / edge}) ? 0 : 1;
+    EXPECT_EQ(outside, 0u) << n;
   }
 }
 
