@@ -161,8 +161,10 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   std::size_t decodes = given.photos.decodes().times;
   std::optional<AlignmentFit> alignment = take_alignment(options.kept, given);
   std::optional<LevelingResult> leveling = take_leveling(options.kept, given, layout.set);
-  CutPlaces cuts;
-  if (!alignment || !leveling) cuts = cut_places(given, state.neighbours);
+  const bool aligns = !alignment && given.alignment.empty() && state.options.align != PhotoAlignment::none;
+  const bool levels = !leveling && state.options.seams != SeamLeveling::none;
+  CutPlaces cuts;  // needed by both
+  if (aligns || levels) cuts = cut_places(given, state.neighbours);
   if (!alignment) {
     // No page is open yet.
     alignment =
@@ -202,9 +204,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   };
   if (!leveling) {
     leveling = level_seams(input, layout.set, state.coverage, cuts, blending, state.options.seams);
-    cuts = {};
     keep_leveling(options.kept, *leveling);
   }
+  cuts = {};
   statistics.seam_step_before = leveling->step_before;
   statistics.seam_step_after = leveling->step_after;
   statistics.photo_misfit = leveling->misfit_before;
