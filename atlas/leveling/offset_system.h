@@ -6,9 +6,12 @@
 #include <tbb/parallel_reduce.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "io/grouping.h"
@@ -29,22 +32,31 @@ using Links = Grouped<LinkTo>;
 /// Collects the links of one node after another, several to the same node as one. O(1) a link, whatever a node's valence.
 class LinkSums {
  public:
-  LinkSums(std::vector<LinkTo>& items, std::size_t nodes) : items_(items), place_(nodes, 0) {}
-  void next_node() { begin_ = items_.size(); }
+  void next_node() { begin_ = items.size(); }
   void add(std::uint32_t node, float weight) {
-    std::size_t& place = place_[node];
-    if (place >= begin_ && place < items_.size() && items_[place].node == node) {
-      items_[place].weight += weight;
+    const std::size_t place = find(node);
+    if (place < items.size()) {
+      items[place].weight += weight;
       return;
     }
-    place = items_.size();
-    items_.push_back({node, weight});
+    items.push_back({node, weight});
+    if (count() > kSearched) note_places();
   }
 
+  std::vector<LinkTo> items;  ///< of all nodes so far
+
  private:
-  std::vector<LinkTo>& items_;
-  std::vector<std::size_t> place_;  ///< per node, of its last link; stale where that is another node's
+  /// Of so many links of a node the one to another node is searched for, of more it is looked up.
+  static constexpr std::size_t kSearched = 32;
+
+  std::size_t count() const { return items.size() - begin_; }
+  /// The place of this node's link to another, items.size() where it has none yet.
+  std::size_t find(std::uint32_t node) const;
+  void note_places();
+
   std::size_t begin_ = 0;
+  std::unordered_map<std::uint32_t, std::size_t>
+      places_;  ///< of this node's links, by the other node, if they are many
 };
 
 /// A symmetric positive definite matrix: the diagonal minus the links. No diagonal element is less than the sum of its
@@ -77,6 +89,39 @@ struct OffsetSystem {
         [](const Offset& a, const Offset& b) { return Offset(a + b); });
   }
 };
+
+/// The system whose row i has the links that add_links(i, sums) adds to the sums, and the diagonal element that it
+/// returns. Called for several nodes at once.
+template <typename AddLinks>
+OffsetSystem make_rows(std::size_t nodes, const AddLinks& add_links) {
+  constexpr std::size_t kBlock = 4096;
+  std::vector<std::vector<LinkTo>> blocks((nodes + kBlock - 1) / kBlock);
+  const auto for_block = [&](std::size_t block, const auto& body) {
+    for (std::size_t i = block * kBlock; i < std::min(nodes, (block + 1) * kBlock); ++i) body(i);
+  };
+  OffsetSystem system;
+  system.diagonal.resize(nodes);
+  std::vector<std::size_t>& first = system.links.first;
+  first.resize(nodes + 1);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    LinkSums sums;
+    for_block(block, [&](std::size_t i) {
+      sums.next_node();
+      system.diagonal[i] = add_links(i, sums);
+      first[i + 1] = sums.items.size();  // within the block as yet
+    });
+    blocks[block] = std::move(sums.items);
+  });
+  std::vector<std::size_t> begin(blocks.size() + 1, 0);
+  for (std::size_t block = 0; block < blocks.size(); ++block) begin[block + 1] = begin[block] + blocks[block].size();
+  system.links.items.resize(begin.back());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    for_block(block, [&](std::size_t i) { first[i + 1] += begin[block]; });
+    std::ranges::copy(blocks[block], system.links.items.begin() + static_cast<std::ptrdiff_t>(begin[block]));
+    blocks[block] = {};
+  });
+  return system;
+}
 
 /// The unknowns x with system x = right, for the three channels at once. Deterministic. Some twenty iterations,
 /// whatever the number of unknowns.

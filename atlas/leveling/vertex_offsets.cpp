@@ -1,8 +1,12 @@
 // Offsets of colour per vertex that close the steps at seams.
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -38,22 +42,31 @@ bool has_offsets(const AtlasInput& input, std::size_t face) {
 class VertexViews {
  public:
   explicit VertexViews(const AtlasInput& input) : view_(input.mesh.positions.size(), kNone) {
-    const auto for_corners = [&](const auto& body) {
-      for (std::uint32_t face = 0; face < input.mesh.faces.size(); ++face)
-        if (has_offsets(input, face))
-          for (const std::uint32_t vertex : input.mesh.faces[face])
-            body(vertex, static_cast<std::uint32_t>(index(input.labels[face])));
+    const auto for_corners = [&](std::size_t face, const auto& body) {
+      if (!has_offsets(input, face)) return;
+      for (const std::uint32_t vertex : input.mesh.faces[face])
+        body(vertex, static_cast<std::uint32_t>(index(input.labels[face])));
     };
-    for_corners([&](std::uint32_t vertex, std::uint32_t view) {
-      std::uint32_t& known = view_[vertex];
-      if (known == kNone) known = view;
-      if (known != view) known = kSeveral;
+    tbb::parallel_for(std::size_t{0}, input.mesh.faces.size(), [&](std::size_t face) {
+      for_corners(face, [&](std::uint32_t vertex, std::uint32_t view) {
+        const std::atomic_ref known(view_[vertex]);
+        std::uint32_t before = known.load(std::memory_order_relaxed);
+        if (before == kNone && known.compare_exchange_strong(before, view, std::memory_order_relaxed)) return;
+        if (before != view && before != kSeveral) known.store(kSeveral, std::memory_order_relaxed);
+      });
     });
-    std::vector<std::array<std::uint32_t, 2>> pairs;  // vertex, view
-    for_corners([&](std::uint32_t vertex, std::uint32_t view) {
-      if (view_[vertex] == kSeveral) pairs.push_back({vertex, view});
+    using Pair = std::array<std::uint32_t, 2>;  // vertex, view
+    tbb::enumerable_thread_specific<std::vector<Pair>> found;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, input.mesh.faces.size()), [&](const auto& range) {
+      std::vector<Pair>& mine = found.local();
+      for (std::size_t face = range.begin(); face < range.end(); ++face)
+        for_corners(face, [&](std::uint32_t vertex, std::uint32_t view) {
+          if (view_[vertex] == kSeveral) mine.push_back({vertex, view});
+        });
     });
-    std::ranges::sort(pairs);
+    std::vector<Pair> pairs;
+    for (const std::vector<Pair>& part : found) pairs.insert(pairs.end(), part.begin(), part.end());
+    tbb::parallel_sort(pairs);
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const auto [vertex, view] = pairs[i];
@@ -186,8 +199,6 @@ class NodeLinks {
         })) {}
 
   std::size_t nodes() const { return faces_.groups(); }
-  /// About how many differ.
-  std::size_t size() const { return faces_.items.size() + across_.items.size(); }
   /// Calls visit(LinkTo): first for those across seams.
   template <typename Visit>
   void each(std::uint32_t node, const Visit& visit) const {
@@ -214,20 +225,25 @@ class NodeLinks {
 std::vector<char> near_seams(const NodeLinks& links, std::span<const Link> seams) {
   std::vector<char> near(links.nodes(), 0);
   near.back() = 1;
-  std::vector<std::uint32_t> ring, next;
-  const auto reach = [&](std::uint32_t node, std::vector<std::uint32_t>& list) {
-    if (near[node]) return;
-    near[node] = 1;
-    list.push_back(node);
+  // Which ring a node is in does not depend on the order within the rings before it.
+  const auto reach = [&](std::uint32_t node, std::vector<std::uint32_t>& ring) {
+    const std::atomic_ref known(near[node]);
+    if (!known.load(std::memory_order_relaxed) && !known.exchange(1, std::memory_order_relaxed)) ring.push_back(node);
   };
+  std::vector<std::uint32_t> ring;
   for (const Link& link : seams) {
     reach(link.a, ring);
     reach(link.b, ring);
   }
   for (int r = 0; r < kReachEdges && !ring.empty(); ++r) {
-    next.clear();
-    for (const auto node : ring) links.each(node, [&](const LinkTo& to) { reach(to.node, next); });
-    std::swap(ring, next);
+    tbb::enumerable_thread_specific<std::vector<std::uint32_t>> next;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, ring.size(), 512), [&](const auto& range) {
+      std::vector<std::uint32_t>& found = next.local();
+      for (std::size_t i = range.begin(); i < range.end(); ++i)
+        links.each(ring[i], [&](const LinkTo& to) { reach(to.node, found); });
+    });
+    ring.clear();
+    for (const std::vector<std::uint32_t>& found : next) ring.insert(ring.end(), found.begin(), found.end());
   }
   near.back() = 0;
   return near;
@@ -249,21 +265,14 @@ NearSystem make_system(const NodeLinks& links, const std::vector<char>& near) {
       unknown[i] = static_cast<std::uint32_t>(system.node.size());
       system.node.push_back(i);
     }
-  std::vector<LinkTo>& items = system.equations.links.items;
-  items.reserve(links.size());  // a face has three halves of an edge, and an edge is a link of both of its ends
-  system.equations.links.first.reserve(system.node.size() + 1);
-  system.equations.diagonal.reserve(system.node.size());
-  LinkSums sums(items, system.node.size());
-  for (const std::uint32_t i : system.node) {
+  system.equations = make_rows(system.node.size(), [&](std::size_t i, LinkSums& sums) {
     float diagonal = static_cast<float>(kAnchor);
-    sums.next_node();
-    links.each(i, [&](const LinkTo& to) {
+    links.each(system.node[i], [&](const LinkTo& to) {
       diagonal += to.weight;
       if (unknown[to.node] != kFar) sums.add(unknown[to.node], to.weight);
     });
-    system.equations.links.first.push_back(items.size());
-    system.equations.diagonal.push_back(diagonal);
-  }
+    return diagonal;
+  });
   return system;
 }
 

@@ -50,19 +50,37 @@ TEST(OffsetSystem, SmoothAndRoughOffsetsAreFound) {
   }
 }
 
-// As of a vertex of a million faces: each link stands once, where it came first.
+// As of a vertex of a million faces, after one of few: each link stands once, where it came first.
 TEST(OffsetSystem, LinksOfANodeToTheSameNodesAreSummed) {
-  constexpr std::uint32_t kNodes = 1'000'000;
-  std::vector<LinkTo> items{{7, 1}};
-  LinkSums sums(items, kNodes);
-  sums.next_node();
-  for (int twice = 0; twice < 2; ++twice)
-    for (std::uint32_t node = kNodes; node-- > 0;) sums.add(node, 0.5f);
-  ASSERT_EQ(items.size(), 1 + std::size_t{kNodes});
-  EXPECT_EQ(items[0].weight, 1) << "a node before";
-  for (std::uint32_t i = 0; i < kNodes; i += 1000) {
-    EXPECT_EQ(items[1 + i].node, kNodes - 1 - i);
-    EXPECT_EQ(items[1 + i].weight, 1);
+  LinkSums sums;
+  std::size_t begin = 0;
+  for (const std::uint32_t nodes : {5u, 1'000'000u, 33u, 40u, 32u}) {
+    sums.next_node();
+    for (int twice = 0; twice < 2; ++twice)
+      for (std::uint32_t node = nodes; node-- > 0;) sums.add(node, 0.5f);
+    ASSERT_EQ(sums.items.size(), begin + nodes);
+    for (std::uint32_t i = 0; i < nodes; ++i) {
+      ASSERT_EQ(sums.items[begin + i].node, nodes - 1 - i) << nodes;
+      ASSERT_EQ(sums.items[begin + i].weight, 1) << nodes;
+    }
+    begin = sums.items.size();
+  }
+}
+
+// Rows are made in blocks, which differ in length.
+TEST(OffsetSystem, RowsFollowTheirNodes) {
+  constexpr std::size_t kNodes = 10'000;
+  const auto links_of = [](std::size_t i) { return i % 7 + (i > 5000 ? 3 : 0); };
+  const OffsetSystem system = make_rows(kNodes, [&](std::size_t i, LinkSums& sums) {
+    for (std::size_t k = 0; k < links_of(i); ++k) sums.add(static_cast<std::uint32_t>(i + k), 1);
+    return static_cast<float>(i);
+  });
+  ASSERT_EQ(system.size(), kNodes);
+  ASSERT_EQ(system.links.groups(), kNodes);
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    ASSERT_EQ(system.diagonal[i], static_cast<float>(i));
+    ASSERT_EQ(system.links[i].size(), links_of(i)) << i;
+    for (std::size_t k = 0; k < links_of(i); ++k) ASSERT_EQ(system.links[i][k].node, i + k);
   }
 }
 
