@@ -188,14 +188,13 @@ class NodeLinks {
                                         add(link.b, LinkTo{link.a, link.weight});
                                       }
                                     })),
-        faces_(group_items<std::uint32_t>(nodes, [&](const auto& add) {
-          for (std::uint32_t face = 0; face < corners_.size(); ++face) {
-            if (!has_offsets(input, face)) continue;
-            const auto& [a, b, c] = corners_[face];
-            add(a, face);
-            if (b != a) add(b, face);
-            if (c != a && c != b) add(c, face);
-          }
+        faces_(group_numbered<std::uint32_t>(nodes, corners_.size(), [&](std::size_t face, const auto& add) {
+          if (!has_offsets(input, face)) return;
+          const auto& [a, b, c] = corners_[face];
+          const auto number = static_cast<std::uint32_t>(face);
+          add(a, number);
+          if (b != a) add(b, number);
+          if (c != a && c != b) add(c, number);
         })) {}
 
   std::size_t nodes() const { return faces_.groups(); }

@@ -21,13 +21,13 @@ struct HalfEdge {
 
 /// Ascending within a vertex; without edges from a vertex to itself.
 Grouped<HalfEdge> half_edges_by_lower_vertex(const Mesh& mesh) {
-  Grouped<HalfEdge> half_edges = group_items<HalfEdge>(mesh.positions.size(), [&](const auto& add) {
-    for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const std::uint32_t a = mesh.faces[face][corner], b = mesh.faces[face][(corner + 1) % 3];
-        if (a != b) add(std::min(a, b), {std::max(a, b), face});
-      }
-  });
+  const auto add_edges = [&](std::size_t face, const auto& add) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::uint32_t a = mesh.faces[face][corner], b = mesh.faces[face][(corner + 1) % 3];
+      if (a != b) add(std::min(a, b), HalfEdge{std::max(a, b), static_cast<std::uint32_t>(face)});
+    }
+  };
+  auto half_edges = group_numbered<HalfEdge>(mesh.positions.size(), mesh.faces.size(), add_edges);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, half_edges.groups(), 4096), [&](const auto& vertices) {
     for (std::size_t vertex = vertices.begin(); vertex != vertices.end(); ++vertex)
       std::sort(half_edges[vertex].begin(), half_edges[vertex].end());
@@ -58,9 +58,9 @@ FaceGraph face_graph(const Mesh& mesh) {
   validate_faces(mesh);
   const Grouped<HalfEdge> half_edges = half_edges_by_lower_vertex(mesh);
   // Grouped by lower face and sorted, the pairs are in ascending order.
-  Grouped<std::uint32_t> higher_faces = group_items<std::uint32_t>(mesh.faces.size(), [&](const auto& add) {
-    for (std::size_t vertex = 0; vertex < half_edges.groups(); ++vertex) for_each_pair(half_edges[vertex], add);
-  });
+  auto higher_faces = group_numbered<std::uint32_t>(
+      mesh.faces.size(), half_edges.groups(),
+      [&](std::size_t vertex, const auto& add) { for_each_pair(half_edges[vertex], add); });
   FaceGraph graph;
   graph.edges.reserve(higher_faces.items.size());
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {

@@ -13,12 +13,11 @@ namespace {
 
 Grouped<LabelProblem::Neighbour> weighted_neighbours(const CostTable& table, std::span<const WeightedPair> pairs) {
   const auto has_candidates = [&](std::uint32_t node) { return table.first[node] < table.first[node + 1]; };
-  return group_items<LabelProblem::Neighbour>(table.faces(), [&](const auto& add) {
-    for (const WeightedPair& pair : pairs) {
-      if (!(pair.weight > 0) || !has_candidates(pair.a) || !has_candidates(pair.b)) continue;
-      add(pair.a, {pair.b, pair.weight});
-      add(pair.b, {pair.a, pair.weight});
-    }
+  return group_numbered<LabelProblem::Neighbour>(table.faces(), pairs.size(), [&](std::size_t i, const auto& add) {
+    const WeightedPair& pair = pairs[i];
+    if (!(pair.weight > 0) || !has_candidates(pair.a) || !has_candidates(pair.b)) return;
+    add(pair.a, {pair.b, pair.weight});
+    add(pair.b, {pair.a, pair.weight});
   });
 }
 

@@ -183,6 +183,24 @@ void parallel_sort(Iterator begin, Iterator end, const Less& less) {
   std::sort(begin, end, less);
 }
 
+template <class List>
+void parallel_sort(List& list) {
+  std::sort(list.begin(), list.end());
+}
+
+class task_arena {
+ public:
+  explicit task_arena(int threads) : threads_(static_cast<std::size_t>(threads)) {}
+  template <class Work>
+  auto execute(const Work& work) {
+    const global_control limit(global_control::max_allowed_parallelism, threads_);
+    return work();
+  }
+
+ private:
+  std::size_t threads_;
+};
+
 class task_group {
  public:
   task_group() = default;
