@@ -13,6 +13,7 @@
 
 #include "app/evaluate/scene_json.h"
 #include "io/box.h"
+#include "io/morton.h"
 #include "io/vector.h"
 
 namespace gpvc::view {
@@ -20,26 +21,12 @@ namespace {
 
 constexpr std::uint32_t kBlockFaces = 1u << 15;
 
-// The bits of 10-bit numbers with two zeros behind each.
-std::uint32_t spread(std::uint32_t bits) {
-  bits = (bits | (bits << 16)) & 0x030000FFu;
-  bits = (bits | (bits << 8)) & 0x0300F00Fu;
-  bits = (bits | (bits << 4)) & 0x030C30C3u;
-  return (bits | (bits << 2)) & 0x09249249u;
-}
-
 // Pages one after the other, each along a Morton curve, so that blocks are compact.
 std::vector<std::uint32_t> drawing_order(const Mesh& mesh, const io::TexturedModel& model, const Box& box) {
-  std::vector<std::uint32_t> place(mesh.faces.size());
-  const double extent = std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z, 1e-300});
-  const auto cell = [&](double value, double low) {
-    return spread(static_cast<std::uint32_t>(std::clamp((value - low) / extent * 1023, 0.0, 1023.0)));
-  };
+  std::vector<std::uint64_t> place(mesh.faces.size());
+  const MortonCurve curve(box);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, place.size()), [&](const auto& range) {
-    for (std::size_t f = range.begin(); f < range.end(); ++f) {
-      const WorldPoint& p = mesh.positions[mesh.faces[f][0]];
-      place[f] = cell(p.x, box.low.x) | (cell(p.y, box.low.y) << 1) | (cell(p.z, box.low.z) << 2);
-    }
+    for (std::size_t f = range.begin(); f < range.end(); ++f) place[f] = curve.at(mesh.positions[mesh.faces[f][0]]);
   });
   std::vector<std::uint32_t> order(mesh.faces.size());
   std::iota(order.begin(), order.end(), 0u);

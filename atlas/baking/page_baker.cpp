@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -21,9 +22,8 @@ namespace {
 
 /// Pages that are open together.
 struct PageGroup : PageRange {
-  std::vector<std::uint32_t>
-      partial;        ///< charts on them, those of a view beside each other: a part of them needs few photos
-  bool kept = false;  ///< by another run
+  std::vector<std::uint32_t> partial;  ///< charts on them, by rank: a part of them needs few photos
+  bool kept = false;                   ///< by another run
 };
 
 /// Consecutive pages that fit `bytes` together, one page at least, all of them kept or none.
@@ -42,12 +42,13 @@ std::vector<PageGroup> page_groups(const std::vector<Page>& pages, const BakeOpt
   return groups;
 }
 
-/// The partial charts on the group's pages, by view.
+/// The partial charts on the group's pages, by rank; those of a given layout by view.
 std::vector<std::uint32_t> partial_charts_on(const AtlasBuild& build, const PageGroup& group) {
   const ChartSet& set = build.set;
   std::vector<std::uint32_t> charts = partial_charts(set);
   std::erase_if(charts, [&](std::uint32_t c) { return !group.has(build.places[c].page); });
-  std::ranges::stable_sort(charts, {}, [&](std::uint32_t c) { return index(set.charts[c].view); });
+  std::ranges::stable_sort(charts, {},
+                           [&](std::uint32_t c) { return std::pair(set.charts[c].rank, index(set.charts[c].view)); });
   return charts;
 }
 
@@ -59,7 +60,9 @@ class PageBaker {
         partial_(build),
         holes_(build),
         groups_(page_groups(build.pages, options)),
-        finished_(build.pages.size(), 0) {
+        finished_(build.pages.size(), 0),
+        filled_(build.pages.size(), 0),
+        spilled_(build.pages.size(), 0) {
     for (PageGroup& group : groups_) {
       group.partial = partial_charts_on(build, group);
       if (!group.kept) ++to_paint_;
@@ -188,23 +191,42 @@ class PageBaker {
     finish_if(group, [&](std::uint32_t p) { return !partial_.is_pending(p) && !holes_.is_pending(p); });
     if (options_.scratch_folder.empty()) return;
     if (!scratch_) scratch_.emplace(options_.scratch_folder);
-    for (std::uint32_t p = group.first; p < group.end; ++p)
-      if (build_.pages[p].is_open()) build_.pages[p].spill(*scratch_, place(p));
+    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) {
+      if (build_.pages[p].is_open()) put_away(p);
+    });
+  }
+
+  /// Frees a page's memory. What the run keeps of a painted page is not written again.
+  void put_away(std::uint32_t p) {
+    if (filled_[p] == 0 && has_page(options_.kept, p)) return build_.pages[p].drop();
+    build_.pages[p].spill(*scratch_, place(p));
+    spilled_[p] = 1;
+  }
+
+  /// Opens a page as it was put away.
+  void bring_back(std::uint32_t p) {
+    if (spilled_[p] != 0) {
+      build_.open(p);
+      build_.pages[p].reload(*scratch_, place(p));
+      return;
+    }
+    std::vector<OpenChart> charts;  // which the filler has
+    if (!take_page(options_.kept, p, build_, charts))
+      throw OutputError(options_.scratch_folder,
+                        "page " + std::to_string(p) + " of the work that this run keeps cannot be read back");
   }
 
   /// Opens the unfinished pages of a group for which wanted(page). False if there are none.
   template <typename Wanted>
   bool reload(const PageGroup& group, const Wanted& wanted) {
-    bool any = false;
-    for (std::uint32_t p = group.first; p < group.end; ++p) {
-      if (!wanted(p)) continue;
-      if (!build_.pages[p].is_open()) {
-        build_.open(p);
-        build_.pages[p].reload(*scratch_, place(p));
-      }
-      any = true;
-    }
-    return any;
+    std::vector<std::uint32_t> pages;
+    for (std::uint32_t p = group.first; p < group.end; ++p)
+      if (wanted(p)) pages.push_back(p);
+    tbb::parallel_for(std::size_t{0}, pages.size(), [&](std::size_t i) {
+      if (!build_.pages[pages[i]].is_open()) bring_back(pages[i]);
+      filled_[pages[i]] = 1;
+    });
+    return !pages.empty();
   }
 
   /// Where a page is spilled to.
@@ -254,6 +276,7 @@ class PageBaker {
   HoleFiller holes_;
   std::vector<PageGroup> groups_;
   std::vector<char> finished_;              ///< per page
+  std::vector<char> filled_, spilled_;      ///< likewise: more than painted, in scratch_
   std::size_t to_paint_ = 0, painted_ = 0;  ///< groups
   std::size_t passes_ = 0;                  ///< over the photos, begun
   std::optional<io::ScratchFile> scratch_;  ///< made when the first page is spilled

@@ -15,9 +15,9 @@ struct BakedPages {
 };
 
 /// Opens, bakes and finishes the build's pages in groups that fit options.page_bytes; photos are fetched once for each
-/// group, or more often where partial charts are baked in batches. Pages that options.kept has need none. Pages are spilled to a file of options.scratch_folder while
-/// their charts wait for colours from pages that are baked later. Throws what the photo source throws, and OutputError.
-/// Progress as for bake_atlas().
+/// group, or more often where partial charts are baked in batches. Pages that options.kept has need none. While their
+/// charts wait for colours from pages that are baked later, pages are in options.kept, or in a file of
+/// options.scratch_folder. Throws what the photo source throws, and OutputError. Progress as for bake_atlas().
 BakedPages bake_pages(AtlasBuild& build, const BakeOptions& options, const Progress& progress);
 
 }  // namespace gpvc::atlas

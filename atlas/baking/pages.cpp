@@ -41,6 +41,10 @@ void Page::spill(io::ScratchFile& file, std::size_t place) {
     file.write(place, bytes, count);
     place += count;
   });
+  drop();
+}
+
+void Page::drop() {
   image.pixels = {};
   free_memory(samples.bytes);
   free_memory(state);

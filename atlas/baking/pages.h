@@ -72,6 +72,8 @@ struct Page {
   /// Moves the texels to a file; reload() gets them back from the same place, which has room for spilled_bytes(). Throws
   /// OutputError.
   void spill(io::ScratchFile& file, std::size_t place);
+  /// Frees the texels.
+  void drop();
   void reload(const io::ScratchFile& file, std::size_t place);
   /// Gives image and samples away; what is left has their size.
   FinishedPage close();

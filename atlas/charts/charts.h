@@ -51,6 +51,8 @@ struct Chart {
   int width = 0, height = 0;  ///< texels touched by faces lie in [0, width) x [0, height)
   /// Charts cut from one piece of a photo share the number of the first of them; other charts have their own number.
   std::uint32_t piece = 0;
+  /// Charts that need the same photos have close ranks: pages ascend by rank, and partial charts are baked in its order.
+  std::uint32_t rank = 0;
 
   PixelPoint frame_position(double x, double y) const { return {origin_x + x / scale, origin_y + y / scale}; }
 };

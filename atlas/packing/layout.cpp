@@ -1,25 +1,74 @@
 #include "atlas/packing/layout.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "atlas/charts/given_charts.h"
+#include "io/box.h"
 #include "io/grouping.h"
+#include "io/morton.h"
+#include "io/vector.h"
 
 namespace gpvc::atlas {
 
 namespace {
 
-/// Charts of a view share pages, so that few photos are needed for a page. Charts that take colours from charts beside
-/// them come last, so that few pages wait for the colours of others.
-std::uint32_t page_rank(const Chart& chart, std::size_t views) {
-  const auto count = static_cast<std::uint32_t>(views);
-  if (chart.kind == ChartKind::unseen) return 2 * count;
-  return static_cast<std::uint32_t>(index(chart.view)) + (chart.kind == ChartKind::plain ? 0 : count);
+/// The mean of the faces' middles.
+WorldPoint mean_middle(const Mesh& mesh, const Chart& chart) {
+  WorldPoint sum{0, 0, 0};
+  for (const std::uint32_t face : chart.faces) sum = sum + middle_of(mesh, face);
+  return (1 / static_cast<double>(chart.faces.size())) * sum;
+}
+
+/// Few photos are needed for a page where its charts lie close together in the world, however the photos are numbered:
+/// flights are, by line and camera. Plain charts of a view stay together, at the place that the view's charts have in
+/// the mean. Partial charts, which need several photos each, have places of their own. Unseen charts come last, so that few pages
+/// wait for the colours of others.
+void rank_charts(const AtlasInput& input, ChartSet& set) {
+  std::vector<WorldPoint> middle(set.placed);
+  tbb::parallel_for(std::size_t{0}, set.placed, [&](std::size_t c) {
+    if (!set.charts[c].faces.empty()) middle[c] = mean_middle(input.mesh, set.charts[c]);
+  });
+  std::vector<WorldPoint> of_view(input.scene.views.size(), WorldPoint{0, 0, 0});
+  std::vector<double> faces(of_view.size(), 0);
+  Box box;
+  for (std::size_t c = 0; c < set.placed; ++c) {
+    const Chart& chart = set.charts[c];
+    if (chart.kind == ChartKind::unseen) continue;
+    box.add(middle[c]);
+    const auto count = static_cast<double>(chart.faces.size());
+    of_view[index(chart.view)] = of_view[index(chart.view)] + count * middle[c];
+    faces[index(chart.view)] += count;
+  }
+  const MortonCurve curve(box);
+  // Views at one place are told apart by their numbers.
+  using Place = std::pair<std::uint64_t, std::uint32_t>;
+  std::vector<Place> places(set.placed);
+  for (std::size_t c = 0; c < set.placed; ++c) {
+    const Chart& chart = set.charts[c];
+    if (chart.kind == ChartKind::unseen) {
+      places[c] = {std::numeric_limits<std::uint64_t>::max(), 0};
+    } else if (chart.kind == ChartKind::plain) {
+      const auto view = static_cast<std::uint32_t>(index(chart.view));
+      places[c] = {curve.at((1 / faces[view]) * of_view[view]), view};
+    } else {
+      places[c] = {curve.at(middle[c]), 0};
+    }
+  }
+  std::vector<Place> sorted = places;
+  tbb::parallel_sort(sorted.begin(), sorted.end(), std::less<>());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  tbb::parallel_for(std::size_t{0}, set.placed, [&](std::size_t c) {
+    set.charts[c].rank = static_cast<std::uint32_t>(std::ranges::lower_bound(sorted, places[c]) - sorted.begin());
+  });
 }
 
 /// Packs the charts of each tile on pages of their own.
@@ -59,10 +108,11 @@ Layout lay_out_reduced(const AtlasInput& input, const AtlasOptions& options, con
   tbb::parallel_for(std::size_t{0}, layout.set.placed, [&](std::size_t i) {
     layout.shapes[i] = chart_shape(layout.set.charts[i], layout.set.corners, options.padding, options.page_size);
   });
+  rank_charts(input, layout.set);
   std::vector<PackShape> shapes;
   for (std::size_t i = 0; i < layout.shapes.size(); ++i) {
     shapes.push_back(layout.shapes[i].blocks);
-    shapes.back().rank = page_rank(layout.set.charts[i], input.scene.views.size());
+    shapes.back().rank = layout.set.charts[i].rank;
   }
   layout.packing = pack_tiles(std::span(layout.set.charts).first(layout.set.placed), shapes,
                               options.page_size / block_edge(options.padding));

@@ -250,6 +250,30 @@ TEST(Bake, SameBytesForAnyNumberOfThreads) {
 }
 
 /// A single photo may take long, so progress is called, and may stop the work, before the photo is done.
+// A page needs few photos, however they are numbered: what lies close together is on it.
+TEST(Bake, PagesShowPlacesThatLieCloseTogether) {
+  constexpr int kPlaces = 24;
+  AtlasScene s;
+  s.add_plane(kPlaces, 1, 1);
+  for (int v = 0; v < kPlaces; ++v) {
+    s.add_view(v * 7 % kPlaces + 0.5, 0.5, 4, 80, 80, 160);
+    s.photograph(static_cast<std::size_t>(v), strong_waves);
+  }
+  const auto place_of = [&](std::size_t face) { return static_cast<int>(point_at(s.mesh, face, 1.0 / 3, 1.0 / 3).x); };
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face)
+    for (std::uint32_t v = 0; v < kPlaces; ++v)
+      if (static_cast<int>(s.scene.views[v].pose.centre.x) == place_of(face)) s.labels[face] = ViewId{v};
+  const TextureAtlas atlas = s.build({.page_size = 128});
+  ASSERT_GE(atlas.pages.size(), 4u);
+  std::vector<int> low(atlas.pages.size(), kPlaces), high(atlas.pages.size(), 0);
+  for (std::size_t face = 0; face < s.mesh.faces.size(); ++face) {
+    const std::uint32_t page = atlas.model.face_page[face];
+    low[page] = std::min(low[page], place_of(face));
+    high[page] = std::max(high[page], place_of(face));
+  }
+  for (std::size_t p = 0; p < low.size(); ++p) EXPECT_LE(high[p] - low[p], 9) << p;
+}
+
 TEST(Bake, ProgressStopsTheWorkWithinAPhoto) {
   AtlasScene s;
   s.add_plane(8, 8, 1.0);
