@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "io/box.h"
+#include "box.h"
 
 namespace gpvc {
 
