@@ -72,9 +72,9 @@ struct Page {
   /// Moves the texels to a file; reload() gets them back from the same place, which has room for spilled_bytes(). Throws
   /// OutputError.
   void spill(io::ScratchFile& file, std::size_t place);
+  void reload(const io::ScratchFile& file, std::size_t place);
   /// Frees the texels.
   void drop();
-  void reload(const io::ScratchFile& file, std::size_t place);
   /// Gives image and samples away; what is left has their size.
   FinishedPage close();
   std::size_t layers() const { return 1 + (samples.bands + 2) / 3; }

@@ -28,10 +28,10 @@ WorldPoint mean_middle(const Mesh& mesh, const Chart& chart) {
   return (1 / static_cast<double>(chart.faces.size())) * sum;
 }
 
-/// Few photos are needed for a page where its charts lie close together in the world, however the photos are numbered:
-/// flights are, by line and camera. Plain charts of a view stay together, at the place that the view's charts have in
-/// the mean. Partial charts, which need several photos each, have places of their own. Unseen charts come last, so that few pages
-/// wait for the colours of others.
+/// Few photos are needed for a page whose charts lie close together in the world, however the photos are numbered (those
+/// of a flight by line and camera). Plain charts of a view stay together, at the place that the view's charts have in
+/// the mean. Partial charts, which need several photos each, have places of their own. Unseen charts come last, so that
+/// few pages wait for all others.
 void rank_charts(const AtlasInput& input, ChartSet& set) {
   std::vector<WorldPoint> middle(set.placed);
   tbb::parallel_for(std::size_t{0}, set.placed, [&](std::size_t c) {

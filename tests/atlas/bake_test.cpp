@@ -249,7 +249,6 @@ TEST(Bake, SameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(one.statistics.seam_step_after, many.statistics.seam_step_after);
 }
 
-/// A single photo may take long, so progress is called, and may stop the work, before the photo is done.
 // A page needs few photos, however they are numbered: what lies close together is on it.
 TEST(Bake, PagesShowPlacesThatLieCloseTogether) {
   constexpr int kPlaces = 24;
@@ -274,6 +273,7 @@ TEST(Bake, PagesShowPlacesThatLieCloseTogether) {
   for (std::size_t p = 0; p < low.size(); ++p) EXPECT_LE(high[p] - low[p], 9) << p;
 }
 
+/// A single photo may take long, so progress is called, and may stop the work, before the photo is done.
 TEST(Bake, ProgressStopsTheWorkWithinAPhoto) {
   AtlasScene s;
   s.add_plane(8, 8, 1.0);
