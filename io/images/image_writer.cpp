@@ -1,6 +1,7 @@
 // Pages as files.
 #include <algorithm>
 #include <cstdlib>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -17,18 +18,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// libjpeg's growing buffer, which it leaves to its caller.
+/// The buffer that libjpeg writes to. Where it needs more, it takes a larger one and leaves that to its caller.
 struct Encoded {
-  unsigned char* bytes = nullptr;
-  unsigned long size = 0;
-  ~Encoded() { std::free(bytes); }
+  explicit Encoded(std::size_t expected)
+      : room(std::make_unique_for_overwrite<unsigned char[]>(expected)), bytes(room.get()), size(expected) {}
+  ~Encoded() {
+    if (bytes != room.get()) std::free(bytes);
+  }
+  std::unique_ptr<unsigned char[]> room;
+  unsigned char* bytes;
+  unsigned long size;
 };
 
 /// In memory, and from there to `out`, so that a full disk is noticed.
 void write_jpeg(OutputFile& out, const fs::path& file, const Image& image, int quality, const ColorProfile& profile) {
   JpegErrors errors;
   jpeg_compress_struct state{};
-  Encoded encoded;
+  // More than most take. Memory that nothing is written to costs nothing.
+  Encoded encoded(image.pixels.size() / 3 + 4096);
   take_errors(state, errors);
   const bool whole = run(errors, [&] {
     jpeg_create_compress(&state);
