@@ -72,15 +72,18 @@ void PageCells::occupy(const TurnedShape& shape, const Position& at) {
     for (int x = at.x + run.first; x < at.x + run.first + run.length; ++x)
       bits[x / kWordBits] |= std::uint64_t{1} << (x % kWordBits);
   }
-  for (int y = at.y; y < at.y + shape.height; ++y) refresh(y);
+  for (int y = at.y; y < at.y + shape.height; ++y) refresh(y, at.x, at.x + shape.width);
 }
 
-/// A word of the row shifted left by `shift` columns: its bit x is the row's bit x + shift. Zero beyond the row.
-std::uint64_t PageCells::shifted(const std::uint64_t* bits, int word, int shift) const {
-  const int whole = word + shift / kWordBits, part = shift % kWordBits;
-  const std::uint64_t low = whole < words_ ? bits[whole] >> part : 0;
-  const std::uint64_t high = part && whole + 1 < words_ ? bits[whole + 1] << (kWordBits - part) : 0;
-  return low | high;
+/// Adds the row's bits x + shift to the bits x of `to`, from one word to before another. Beyond the row they are zero.
+void PageCells::add_shifted(const std::uint64_t* bits, int shift, int first, int end, std::uint64_t* to) const {
+  const int whole = shift / kWordBits, part = shift % kWordBits;
+  end = std::min(end, words_ - 1 - whole);  // the last word of a row is zero
+  const std::uint64_t* from = bits + whole;
+  if (part == 0)
+    for (int word = first; word < end; ++word) to[word] |= from[word];
+  else
+    for (int word = first; word < end; ++word) to[word] |= from[word] >> part | from[word + 1] << (kWordBits - part);
 }
 
 /// A quick test before the search: no run is longer than the longest free run of its row.
@@ -105,13 +108,9 @@ std::optional<int> PageCells::find_in_row(const TurnedShape& shape, int y) {
     const int level = static_cast<int>(std::bit_width(static_cast<unsigned>(run.length))) - 1;
     const int second_half = run.first + run.length - (1 << level);
     const std::uint64_t* bits = row(level, y + run.row);
-    std::uint64_t in_all_words = kAllBlocked;
-    for (int word = 0; word < words; ++word) {
-      std::uint64_t& b = blocked[static_cast<std::size_t>(word)];
-      b |= shifted(bits, word, run.first) | shifted(bits, word, second_half);
-      in_all_words &= b;
-    }
-    if (in_all_words == kAllBlocked) return std::nullopt;
+    add_shifted(bits, run.first, 0, words, blocked.data());
+    if (second_half != run.first) add_shifted(bits, second_half, 0, words, blocked.data());
+    if (std::ranges::all_of(blocked, [](std::uint64_t word) { return word == kAllBlocked; })) return std::nullopt;
   }
   for (int word = 0; word < words; ++word)
     if (const std::uint64_t b = blocked[static_cast<std::size_t>(word)]; b != kAllBlocked)
@@ -119,12 +118,15 @@ std::optional<int> PageCells::find_in_row(const TurnedShape& shape, int y) {
   return std::nullopt;
 }
 
-/// Recomputes the levels above 0 and the longest free run of a row.
-void PageCells::refresh(int y) {
+/// Recomputes the levels above 0 and the longest free run of a row of which cells from first to before end have changed.
+void PageCells::refresh(int y, int first, int end) {
   for (int level = 1; level < levels_; ++level) {
     const std::uint64_t* finer = row(level - 1, y);
     std::uint64_t* bits = row(level, y);
-    for (int word = 0; word < words_; ++word) bits[word] = finer[word] | shifted(finer, word, 1 << (level - 1));
+    // The words with bits that stand for one of these cells.
+    const int first_word = std::max(0, first - (1 << level) + 1) / kWordBits, end_word = (end - 1) / kWordBits + 1;
+    std::copy(finer + first_word, finer + end_word, bits + first_word);
+    add_shifted(finer, 1 << (level - 1), first_word, end_word, bits);
   }
   const std::uint64_t* bits = row(0, y);
   int longest = 0, current = 0;

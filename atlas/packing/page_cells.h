@@ -57,10 +57,10 @@ class PageCells {
            (static_cast<std::size_t>(level) * static_cast<std::size_t>(height_) + static_cast<std::size_t>(y)) *
                static_cast<std::size_t>(words_);
   }
-  std::uint64_t shifted(const std::uint64_t* bits, int word, int shift) const;
+  void add_shifted(const std::uint64_t* bits, int shift, int first, int end, std::uint64_t* to) const;
   bool may_fit(const TurnedShape& shape, int y) const;
   std::optional<int> find_in_row(const TurnedShape& shape, int y);
-  void refresh(int y);
+  void refresh(int y, int first, int end);
 
   static constexpr int kWordBits = 64;
   static int words_of(int width);
