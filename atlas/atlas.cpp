@@ -202,24 +202,28 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
     const std::size_t before = std::exchange(decodes, input.photos.decodes().times);
     return decodes - before;
   };
-  if (!leveling) {
-    leveling = level_seams(input, layout.set, state.coverage, cuts, blending, state.options.seams);
-    keep_leveling(options.kept, *leveling);
-  }
+  const bool is_kept = leveling.has_value();
+  if (!leveling) leveling = level_seams(input, layout.set, state.coverage, cuts, blending, state.options.seams);
   cuts = {};
-  statistics.seam_step_before = leveling->step_before;
-  statistics.seam_step_after = leveling->step_after;
-  statistics.photo_misfit = leveling->misfit_before;
-  statistics.photo_misfit_exposed = leveling->misfit_exposed;
-  statistics.cuts = leveling->cuts;
+  build.correction = std::move(leveling->correction);
+  // Written while pages are painted: it takes as long as some of them.
+  std::future<void> keeping;
+  if (!is_kept)
+    keeping =
+        std::async(std::launch::async, [&] { keep_leveling(options.kept, build.correction, leveling->statistics); });
+  const LevelingStatistics& leveled = leveling->statistics;
+  statistics.seam_step_before = leveled.step_before;
+  statistics.seam_step_after = leveled.step_after;
+  statistics.photo_misfit = leveled.misfit_before;
+  statistics.photo_misfit_exposed = leveled.misfit_exposed;
+  statistics.cuts = leveled.cuts;
   release_freed_memory();
   statistics.leveling_s = seconds_since(start);
   statistics.seam_decodes = more_decodes();
 
   start = Clock::now();
   atlas.face_chart = layout.set.face_chart;
-  atlas.exposure = leveling->correction.exposure;
-  build.correction = std::move(leveling->correction);
+  atlas.exposure = build.correction.exposure;
   if (bands != nullptr && bands->radiometric && state.options.band_gains) build.painting.gains = fit_band_gains(input);
   BakedPages baked = bake_pages(build, options, progress);
   atlas.pages = std::move(baked.pages);
@@ -229,6 +233,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   statistics.padded_texels = baked.padded_texels;
   statistics.kept_pages = baked.kept_pages;
   statistics.invented_color = baked.invented_color;
+  if (keeping.valid()) keeping.get();
   if (beside.valid()) beside.get();
   statistics.baking_s = seconds_since(start);
   statistics.paint_decodes = more_decodes();

@@ -37,18 +37,17 @@ std::optional<Color> color_around(const Page& page, std::size_t layer, const Tex
   return mean.mean();
 }
 
-/// Calls visit(vertex of a hole, page, place on it) for the corners that seen faces have on borders of holes, in face
-/// order.
-template <typename Visit>
-void for_border_corners(const std::vector<std::uint32_t>& slots, const AtlasBuild& build, const Visit& visit) {
+/// The corners that seen faces have on borders of holes, in face order, as 3 x face + corner.
+std::vector<std::size_t> border_corners(const std::vector<std::uint32_t>& slots, const AtlasBuild& build) {
   const ChartSet& set = build.set;
-  for (std::size_t face = 0; face < set.face_chart.size(); ++face) {
-    const std::uint32_t c = set.face_chart[face];
-    if (c >= set.placed || set.charts[c].kind == ChartKind::unseen) continue;
-    for (std::size_t i = 0; i < 3; ++i)
-      if (const std::uint32_t slot = slots[build.input.mesh.faces[face][i]]; slot != kNoHole)
-        visit(slot, build.places[c].page, build.places[c].point(set.corners[face][i]));
-  }
+  return group_numbered<std::size_t>(1, set.face_chart.size(),
+                                     [&](std::size_t face, const auto& add) {
+                                       const std::uint32_t c = set.face_chart[face];
+                                       if (c >= set.placed || set.charts[c].kind == ChartKind::unseen) return;
+                                       for (std::size_t i = 0; i < 3; ++i)
+                                         if (slots[build.input.mesh.faces[face][i]] != kNoHole) add(0, 3 * face + i);
+                                     })
+      .items;
 }
 
 /// Adds the colours that finished faces have on borders of holes.
@@ -197,17 +196,22 @@ HoleFiller::HoleFiller(AtlasBuild& build)
     for (const auto v : build.input.mesh.faces[face])
       if (slot_[v] == kNoHole) slot_[v] = vertices_++;
   });
+  if (build.options.unseen == UnseenFaces::color) return;
+  corners_ = border_corners(slot_, build);
+  for (Colors& layer : layers_) layer.border.resize(corners_.size());
 }
 
 void HoleFiller::look_at_borders() {
   if (vertices_ == 0 || build_.options.unseen == UnseenFaces::color) return;
   for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
-    std::vector<std::optional<Color>>& border = layers_[layer].border;
-    std::size_t n = 0;
-    for_border_corners(slot_, build_, [&](std::uint32_t, std::uint32_t page, const TexelPoint& at) {
-      if (n == border.size()) border.emplace_back();
-      if (build_.pages[page].is_open()) border[n] = color_around(build_.pages[page], layer, at);
-      ++n;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size()), [&](const auto& some) {
+      for (std::size_t n = some.begin(); n < some.end(); ++n) {
+        const std::size_t face = corners_[n] / 3;
+        const ChartPlace& place = build_.places[build_.set.face_chart[face]];
+        const Page& page = build_.pages[place.page];
+        if (page.is_open())
+          layers_[layer].border[n] = color_around(page, layer, place.point(build_.set.corners[face][corners_[n] % 3]));
+      }
     });
   }
 }
@@ -225,13 +229,13 @@ void HoleFiller::solve(std::size_t layer) {
       if (t[e] != t[(e + 1) % 3]) holes.edges.push_back({slot_[t[e]], slot_[t[(e + 1) % 3]]});
   });
   // A vertex on a border takes the mean of the colours that the seen faces around it have there.
-  std::size_t n = 0;
-  for_border_corners(slot_, build_, [&](std::uint32_t slot, std::uint32_t, const TexelPoint&) {
-    const std::optional<Color>& color = layers_[layer].border[n++];
-    if (!color) return;
+  for (std::size_t n = 0; n < corners_.size(); ++n) {
+    const std::optional<Color>& color = layers_[layer].border[n];
+    if (!color) continue;
+    const std::uint32_t slot = slot_[build_.input.mesh.faces[corners_[n] / 3][corners_[n] % 3]];
     holes.color[slot] = holes.color[slot] + *color;
     holes.samples[slot] += 1;
-  });
+  }
   add_finished(slot_, build_.input, layer, holes);
   for (std::size_t i = 0; i < holes.color.size(); ++i)
     if (holes.samples[i] > 0) holes.color[i] = (1 / holes.samples[i]) * holes.color[i];

@@ -20,7 +20,7 @@ class HoleFiller {
   /// True if the page has unseen faces.
   bool is_pending(std::uint32_t page) const { return pending_[page] != 0; }
   /// Keeps the colours that open pages have along the borders of holes. Call it when all other charts are finished on
-  /// these pages. O(faces).
+  /// these pages. O(corners on borders of holes).
   void look_at_borders();
   /// Finds the colours of all holes. O(unseen faces x CG iterations). \pre the borders on all pages have been looked at
   void solve();
@@ -31,12 +31,13 @@ class HoleFiller {
   void solve(std::size_t layer);
 
   AtlasBuild& build_;
-  std::vector<char> pending_;        ///< per page
-  std::vector<std::uint32_t> slot_;  ///< per mesh vertex: its place among those of holes, or none
-  std::uint32_t vertices_ = 0;       ///< of holes
+  std::vector<char> pending_;         ///< per page
+  std::vector<std::uint32_t> slot_;   ///< per mesh vertex: its place among those of holes, or none
+  std::uint32_t vertices_ = 0;        ///< of holes
+  std::vector<std::size_t> corners_;  ///< of seen faces on borders of holes, in face order, as 3 x face + corner
   /// Of one layer.
   struct Colors {
-    std::vector<std::optional<Color>> border;  ///< per corner of a seen face on a hole's border
+    std::vector<std::optional<Color>> border;  ///< per corner of corners_
     std::vector<Color> vertex;                 ///< per vertex of holes
   };
   std::vector<Colors> layers_;

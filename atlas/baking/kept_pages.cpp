@@ -73,16 +73,21 @@ std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasIn
   LevelingResult r;
   const bool found = kept.store != nullptr && kept.store->read("leveling", kept.key, [&](io::WorkStore::Reader& in) {
     r = in.get<LevelingResult>();
+    const auto& [step_before, step_after, misfit_before, misfit_exposed, cuts] = r.statistics;
     if (!is_sound(r.correction, input, set) ||
-        !std::isfinite(r.step_before + r.step_after + r.misfit_before + r.misfit_exposed) ||
-        !is_sound(r.cuts, input.mesh.faces.size()))
+        !std::isfinite(step_before + step_after + misfit_before + misfit_exposed) ||
+        !is_sound(cuts, input.mesh.faces.size()))
       in.refuse();
   });
   return found ? std::optional(std::move(r)) : std::nullopt;
 }
 
-void keep_leveling(const KeptPages& kept, const LevelingResult& r) {
-  if (kept.store != nullptr) kept.store->keep("leveling", kept.key, [&](io::WorkStore::Writer& out) { out.add(r); });
+void keep_leveling(const KeptPages& kept, const ColorCorrection& correction, const LevelingStatistics& statistics) {
+  if (kept.store == nullptr) return;
+  kept.store->keep("leveling", kept.key, [&](io::WorkStore::Writer& out) {
+    out.add(correction);
+    out.add(statistics);
+  });
 }
 
 bool has_page(const KeptPages& kept, std::uint32_t number) {

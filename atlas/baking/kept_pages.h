@@ -17,7 +17,8 @@ std::optional<AlignmentFit> take_alignment(const KeptPages& kept, const AtlasInp
 void keep_alignment(const KeptPages& kept, const AlignmentFit& fit);
 
 std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasInput& input, const ChartSet& set);
-void keep_leveling(const KeptPages& kept, const LevelingResult& leveling);
+/// What make up a LevelingResult.
+void keep_leveling(const KeptPages& kept, const ColorCorrection& correction, const LevelingStatistics& statistics);
 
 /// True if the page seems to be kept.
 bool has_page(const KeptPages& kept, std::uint32_t number);

@@ -2,6 +2,7 @@
 #include "atlas/baking/page_baker.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <mutex>
@@ -74,15 +75,18 @@ class PageBaker {
 
   BakedPages bake(const Progress& progress) {
     for (const PageGroup& group : groups_) {
-      paint(group, progress);
-      partial_.look_at_borders();
+      const bool is_new = paint(group, progress);
+      tbb::parallel_invoke([&] { look_at(group); },
+                           [&] {
+                             if (is_new) keep(group);
+                           });
       finish_or_spill(group);
     }
     while (partial_.begin_round()) {
       for (const PageGroup& group : groups_) {
         if (!reload(group, [&](std::uint32_t p) { return partial_.is_filled_now(p); })) continue;
         partial_.fill();
-        partial_.look_at_borders();
+        look_at(group);
         finish_or_spill(group);
       }
     }
@@ -100,14 +104,30 @@ class PageBaker {
   /// True if pages are spilled: where there are several groups. A single group stays open until all is done.
   bool spills() const { return groups_.size() > 1; }
 
-  /// Opens the pages of a group with the texels that photos give them.
-  void paint(const PageGroup& group, const Progress& progress) {
-    if (group.kept && take_kept(group)) return;
+  /// Opens the pages of a group with the texels that photos give them. False if another run had painted them.
+  bool paint(const PageGroup& group, const Progress& progress) {
+    if (group.kept && take_kept(group)) return false;
     if (group.kept) ++to_paint_;  // their files are damaged
     tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) { build_.open(p); });
     bake_charts(group, progress);
+    return true;
+  }
+
+  void keep(const PageGroup& group) const {
     tbb::parallel_for(group.first, group.end,
                       [&](std::uint32_t p) { keep_page(options_.kept, p, build_.pages[p], partial_.open_on(p)); });
+  }
+
+  /// Notes what other pages' charts need of the open ones.
+  void look_at(const PageGroup& group) {
+    partial_.look_at_borders();
+    if (!spills()) return;
+    holes_.look_at_borders();
+    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) {
+      if (!build_.pages[p].is_open()) return;
+      build_.spilled_means[p] = {};
+      build_.spilled_means[p].add(build_.pages[p]);
+    });
   }
 
   bool take_kept(const PageGroup& group) {
@@ -135,6 +155,7 @@ class PageBaker {
                         charts == 0 ? photo_steps : (end - first) * photo_steps / charts));
       tbb::parallel_for(std::size_t{0}, partial.size(), [&](std::size_t i) { write_blended(partial[i], build_); });
       partial_.take_baked(partial);
+      tbb::parallel_for(std::size_t{0}, partial.size(), [&](std::size_t i) { partial[i] = {}; });
       free_memory(partial);
       if (end < charts || to_paint_ > 1) release_freed_memory();  // of many small blocks
     } while (end < charts);
@@ -182,12 +203,6 @@ class PageBaker {
   /// Finishes the open pages of a group whose charts wait for nothing, and spills the others.
   void finish_or_spill(const PageGroup& group) {
     if (!spills()) return;
-    holes_.look_at_borders();
-    tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) {
-      if (!build_.pages[p].is_open()) return;
-      build_.spilled_means[p] = {};
-      build_.spilled_means[p].add(build_.pages[p]);
-    });
     finish_if(group, [&](std::uint32_t p) { return !partial_.is_pending(p) && !holes_.is_pending(p); });
     if (options_.scratch_folder.empty()) return;
     if (!scratch_) scratch_.emplace(options_.scratch_folder);

@@ -19,9 +19,9 @@ Page::Page(const PageSize& blocks, int edge, const BandSet* bands) : block(edge)
 }
 
 void Page::open() {
-  image.pixels.assign(3 * texels(), 0);
-  samples.bytes.assign(samples.pixel_bytes() * texels(), std::byte{0});
-  state.assign(texels(), TexelState::empty);
+  image.pixels = filled(3 * texels(), std::uint8_t{0});
+  samples.bytes = filled(samples.pixel_bytes() * texels(), std::byte{0});
+  state = filled(texels(), TexelState::empty);
 }
 
 namespace {
@@ -52,7 +52,6 @@ void Page::drop() {
 }
 
 void Page::reload(const io::ScratchFile& file, std::size_t place) {
-  open();
   for_texels(*this, [&](void* bytes, std::size_t count) {
     file.read(place, bytes, count);
     place += count;
@@ -323,8 +322,17 @@ void fill_background(Page& page) {
 }
 
 void PageMean::add(const Page& page) {
+  constexpr std::size_t kPart = 1 << 20;  // on any number of threads, so that sums are rounded alike
+  std::vector<PageMean> parts((page.state.size() + kPart - 1) / kPart);
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+    parts[part].add(page, part * kPart, std::min(page.state.size(), (part + 1) * kPart));
+  });
+  for (const PageMean& part : parts) add(part);
+}
+
+void PageMean::add(const Page& page, std::size_t begin, std::size_t end) {
   layers_.resize(page.layers() - 1);
-  for (std::size_t i = 0; i < page.state.size(); ++i) {
+  for (std::size_t i = begin; i < end; ++i) {
     if (page.state[i] == TexelState::empty) continue;
     ++count_;
     for (std::size_t k = 0; k < 3; ++k) sum_[k] += page.image.pixels[3 * i + k];

@@ -69,8 +69,8 @@ struct Page {
   bool is_open() const { return !state.empty(); }
   /// See AtlasBuild::open().
   void open();
-  /// Moves the texels to a file; reload() gets them back from the same place, which has room for spilled_bytes(). Throws
-  /// OutputError.
+  /// Moves the texels to a file; reload() gets them back, into an open page, from the same place, which has room for
+  /// spilled_bytes(). Throws OutputError.
   void spill(io::ScratchFile& file, std::size_t place);
   void reload(const io::ScratchFile& file, std::size_t place);
   /// Frees the texels.
@@ -164,6 +164,9 @@ class PageMean {
   Color mean(std::size_t layer) const;
 
  private:
+  /// The texels of a part of a page.
+  void add(const Page& page, std::size_t begin, std::size_t end);
+
   std::array<std::uint64_t, 3> sum_{};
   std::vector<std::array<double, 3>> layers_;  ///< sums of the later layers
   std::uint64_t count_ = 0;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/limit_offsets.h"
 #include "io/color_difference.h"
+#include "io/grouping.h"
 
 namespace gpvc::atlas {
 
@@ -106,28 +109,25 @@ class Leveler {
     }
   }
 
-  /// Calls visit(side, i, p) for the samples i of an edge that have weight, on the sides that are not finished; p in the
-  /// texels of the side's chart.
+  /// Calls visit(i, p) for the samples i of an edge that have weight, p in the texels of the side's chart; for none if the
+  /// side is finished.
   template <typename Visit>
-  void for_samples(const SeamEdge& edge, const Visit& visit) const {
-    for (std::size_t side = 0; side < 2; ++side) {
-      const std::uint32_t face = edge.faces[side];
-      if (is_finished(input_, face)) continue;
-      const Chart& chart = set_.charts[set_.face_chart[face]];
-      std::array<TexelPoint, 2> ends{};
-      for (std::size_t end = 0; end < 2; ++end)
-        ends[end] = set_.corners[face][corner_of(input_.mesh.faces[face], edge.vertices[end])];
-      for (std::uint32_t k = 0; k < edge.samples; ++k) {
-        const std::size_t i = edge.first_sample + k;
-        if (!(seams_.weight[i] > 0)) continue;
-        const PixelPoint& frame = seams_.frame[i][side];
-        const double t = (k + 0.5) / edge.samples;
-        if (chart.kind == ChartKind::flat || chart.given)
-          visit(side, i, TexelPoint{ends[0].x + t * (ends[1].x - ends[0].x), ends[0].y + t * (ends[1].y - ends[0].y)});
-        else
-          visit(side, i,
-                TexelPoint{(frame.x - chart.origin_x) * chart.scale, (frame.y - chart.origin_y) * chart.scale});
-      }
+  void for_samples(const SeamEdge& edge, std::size_t side, const Visit& visit) const {
+    const std::uint32_t face = edge.faces[side];
+    if (is_finished(input_, face)) return;
+    const Chart& chart = set_.charts[set_.face_chart[face]];
+    std::array<TexelPoint, 2> ends{};
+    for (std::size_t end = 0; end < 2; ++end)
+      ends[end] = set_.corners[face][corner_of(input_.mesh.faces[face], edge.vertices[end])];
+    for (std::uint32_t k = 0; k < edge.samples; ++k) {
+      const std::size_t i = edge.first_sample + k;
+      if (!(seams_.weight[i] > 0)) continue;
+      const PixelPoint& frame = seams_.frame[i][side];
+      const double t = (k + 0.5) / edge.samples;
+      if (chart.kind == ChartKind::flat || chart.given)
+        visit(i, TexelPoint{ends[0].x + t * (ends[1].x - ends[0].x), ends[0].y + t * (ends[1].y - ends[0].y)});
+      else
+        visit(i, TexelPoint{(frame.x - chart.origin_x) * chart.scale, (frame.y - chart.origin_y) * chart.scale});
     }
   }
 
@@ -136,47 +136,55 @@ class Leveler {
   void correct(const Change& change) {
     tbb::parallel_for(std::size_t{0}, seams_.edges.size(), [&](std::size_t e) {
       const SeamEdge& edge = seams_.edges[e];
-      for_samples(edge, [&](std::size_t side, std::size_t i, const TexelPoint& p) {
-        Color& color = seams_.colors[i][side];
-        color = change(color, edge.faces[side], seams_.frame[i][side], p);
-      });
+      for (std::size_t side = 0; side < 2; ++side)
+        for_samples(edge, side, [&](std::size_t i, const TexelPoint& p) {
+          Color& color = seams_.colors[i][side];
+          color = change(color, edge.faces[side], seams_.frame[i][side], p);
+        });
     });
   }
 
+  /// A side of an edge, as 2 x edge + side.
+  using Side = std::uint32_t;
+
   void lay_strips() {
+    const Grouped<Side> sides =
+        group_numbered<Side>(set_.charts.size(), seams_.edges.size(), [&](std::size_t e, const auto& add) {
+          for (std::size_t side = 0; side < 2; ++side)
+            if (const std::uint32_t face = seams_.edges[e].faces[side]; !is_finished(input_, face))
+              add(set_.charts[set_.face_chart[face]].piece, static_cast<Side>(2 * e + side));
+        });
+    correction_.strips.resize(set_.charts.size());
+    tbb::parallel_for(std::size_t{0}, set_.charts.size(), [&](std::size_t c) {
+      const std::vector<SeamStep> samples = steps_on(set_.charts[c], sides[set_.charts[c].piece]);
+      if (!samples.empty()) correction_.strips[c] = make_strip(set_.charts[c], samples);
+    });
+  }
+
+  /// The samples near a chart of all charts of its piece, so that a strip continues across the cuts between them.
+  std::vector<SeamStep> steps_on(const Chart& chart, std::span<const Side> of_piece) const {
     // Grey levels. Larger steps come from different objects on the two sides; spreading them would smear one object
     // over the other.
     constexpr float kMostStep = 32;
     const auto limited = [=](float v) { return std::clamp(v, -kMostStep, kMostStep); };
-    std::vector<std::vector<SeamStep>> samples(set_.charts.size());
-    for (const SeamEdge& edge : seams_.edges) {
-      for_samples(edge, [&](std::size_t side, std::size_t i, const TexelPoint& p) {
-        // A finished side stays where it is: this one goes all the way.
-        const float way = is_finished(input_, edge.faces[1 - side]) ? 1.0f : 0.5f;
+    std::vector<SeamStep> samples;
+    for (const Side both : of_piece) {
+      const std::size_t side = both % 2;
+      const SeamEdge& edge = seams_.edges[both / 2];
+      const Chart& from = set_.charts[set_.face_chart[edge.faces[side]]];
+      const auto right = static_cast<float>((from.origin_x - chart.origin_x) * chart.scale);
+      const auto down = static_cast<float>((from.origin_y - chart.origin_y) * chart.scale);
+      // A finished side stays where it is: this one goes all the way.
+      const float way = is_finished(input_, edge.faces[1 - side]) ? 1.0f : 0.5f;
+      for_samples(edge, side, [&](std::size_t i, const TexelPoint& p) {
+        SeamStep sample{static_cast<float>(p.x) + right, static_cast<float>(p.y) + down, seams_.weight[i], {}};
+        if (!strip_reaches(chart, sample)) return;
         const Color d = way * (seams_.colors[i][1 - side] - seams_.colors[i][side]);
-        const SeamStep sample{static_cast<float>(p.x),
-                              static_cast<float>(p.y),
-                              seams_.weight[i],
-                              {limited(d.r), limited(d.g), limited(d.b)}};
-        add_to_piece(set_.face_chart[edge.faces[side]], sample, samples);
+        sample.step = {limited(d.r), limited(d.g), limited(d.b)};
+        samples.push_back(sample);
       });
     }
-    correction_.strips.resize(set_.charts.size());
-    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t c) {
-      if (!samples[c].empty()) correction_.strips[c] = make_strip(set_.charts[c], samples[c]);
-    });
-  }
-
-  /// Adds the sample to all charts of its piece, so that a strip continues across the cuts between them.
-  void add_to_piece(std::uint32_t own, const SeamStep& sample, std::vector<std::vector<SeamStep>>& samples) const {
-    const Chart& from = set_.charts[own];
-    for (std::uint32_t c = from.piece; c < set_.charts.size() && set_.charts[c].piece == from.piece; ++c) {
-      const Chart& chart = set_.charts[c];
-      SeamStep moved = sample;
-      moved.x += static_cast<float>((from.origin_x - chart.origin_x) * chart.scale);
-      moved.y += static_cast<float>((from.origin_y - chart.origin_y) * chart.scale);
-      if (strip_reaches(chart, moved)) samples[c].push_back(moved);
-    }
+    return samples;
   }
 
   const AtlasInput& input_;
@@ -200,14 +208,14 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
   CutPatches patches(input, cuts);
   OverlapRatios overlaps(input);
   SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &patches, &overlaps});
-  result.cuts = patches.measure();
-  result.step_before = mean_step(seams);
-  result.misfit_before = mean_misfit(seams);
+  result.statistics.cuts = patches.measure();
+  result.statistics.step_before = mean_step(seams);
+  result.statistics.misfit_before = mean_misfit(seams);
   if (seams.edges.empty() && input.exposure.empty()) return result;
   Leveler leveler(input, set, blending, seams, blend, overlaps);
   result.correction = leveler.level(mode);
-  result.misfit_exposed = leveler.misfit_exposed();
-  result.step_after = mean_step(seams);
+  result.statistics.misfit_exposed = leveler.misfit_exposed();
+  result.statistics.step_after = mean_step(seams);
   return result;
 }
 

@@ -21,8 +21,7 @@
 
 namespace gpvc::atlas {
 
-struct LevelingResult {
-  ColorCorrection correction;
+struct LevelingStatistics {
   /// Absolute difference, in grey levels, of the means of both sides along a seam edge, averaged over channels and,
   /// weighted by length, over edges.
   double step_before = 0, step_after = 0;
@@ -30,7 +29,13 @@ struct LevelingResult {
   double misfit_before = 0, misfit_exposed = 0;
   CutMisfit cuts{};
 };
-GPVC_MEMBERS(LevelingResult, correction, step_before, step_after, misfit_before, misfit_exposed, cuts)
+GPVC_MEMBERS(LevelingStatistics, step_before, step_after, misfit_before, misfit_exposed, cuts)
+
+struct LevelingResult {
+  ColorCorrection correction;
+  LevelingStatistics statistics;
+};
+GPVC_MEMBERS(LevelingResult, correction, statistics)
 
 /// none: no correction, reads no photo, steps are zero. global: exposure and offsets. full: strips, too. Deterministic.
 /// What `blending` adds to colours counts as theirs.

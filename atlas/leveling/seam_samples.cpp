@@ -13,6 +13,7 @@
 #include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/overlap_ratios.h"
+#include "io/freed_memory.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {
@@ -67,9 +68,9 @@ class Sampler {
     result_.edges = std::move(edges);
     const std::size_t count =
         result_.edges.empty() ? 0 : result_.edges.back().first_sample + result_.edges.back().samples;
-    result_.colors.resize(count);
-    result_.frame.resize(count);
-    for (auto& side : change2_) side.assign(count, kNotShown);
+    result_.colors = filled(count, std::array<Color, 2>{});
+    result_.frame = filled(count, std::array<PixelPoint, 2>{});
+    for (auto& side : change2_) side = filled(count, kNotShown);
     std::vector<Work> work(input_.scene.views.size());
     for (const SeamEdge& edge : result_.edges)
       for (std::size_t side = 0; side < 2; ++side)
@@ -146,10 +147,12 @@ class Sampler {
 
   void weigh() {
     constexpr float kNoise2 = kPhotoNoise * kPhotoNoise;
-    result_.weight.assign(result_.colors.size(), 0.0f);
-    for (std::size_t i = 0; i < result_.weight.size(); ++i)
-      if (change2_[0][i] != kNotShown && change2_[1][i] != kNotShown)
-        result_.weight[i] = kNoise2 / (kNoise2 + change2_[0][i] + change2_[1][i]);
+    result_.weight = filled(result_.colors.size(), 0.0f);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result_.weight.size()), [&](const auto& some) {
+      for (std::size_t i = some.begin(); i < some.end(); ++i)
+        if (change2_[0][i] != kNotShown && change2_[1][i] != kNotShown)
+          result_.weight[i] = kNoise2 / (kNoise2 + change2_[0][i] + change2_[1][i]);
+    });
   }
 
   bool shows(const visibility::FaceCoverage& seen, const PixelPoint& p) const {

@@ -5,6 +5,8 @@
 // one end of a flight twice as bright as the other. So the fit has a term for the direction of sight, which takes such a trend and is not
 // applied, and photos are held to the brightness that they were made with, corrected by what their EXIF data say of their exposure, over
 // more than a few seams.
+#include <tbb/parallel_for.h>
+
 #include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -189,42 +191,43 @@ double robust_divisor(double error, int round) {
   return 1 + (round == 0 ? std::abs(r) : r * r);
 }
 
-/// Adds the equations of the ratios between a pair of views: the corrected logs of both sides are equal. Their weights follow from
-/// the residuals that x leaves.
-void add_pair(NormalEquations& equations, const Scene& scene, std::span<const ColorRatio> ratios, const Unknowns& u,
-              const Eigen::VectorXd& x, int round) {
-  struct Sums {
-    PairVector before, rest = PairVector::Zero();
-    PairMatrix matrix = PairMatrix::Zero();
-  };
-  std::array<Sums, 3> channels;
+/// The equations of the ratios between a pair of views, per channel: the corrected logs of both sides are equal.
+struct PairSums {
+  PairVector rest = PairVector::Zero();
+  PairMatrix matrix = PairMatrix::Zero();
+};
+
+/// Their weights follow from the residuals that x leaves.
+std::array<PairSums, 3> sum_pair(const Scene& scene, std::span<const ColorRatio> ratios, const Unknowns& u,
+                                 const Eigen::VectorXd& x, int round) {
+  std::array<PairSums, 3> channels;
+  std::array<PairVector, 3> before;
   for (std::size_t c = 0; c < 3; ++c) {
     const PairUnknowns at = unknowns_of(ratios.front().views, u, c);
-    for (std::size_t i = 0; i < at.size(); ++i) channels[c].before[static_cast<Eigen::Index>(i)] = x[at[i]];
+    for (std::size_t i = 0; i < at.size(); ++i) before[c][static_cast<Eigen::Index>(i)] = x[at[i]];
   }
   for (const ColorRatio& ratio : ratios) {
     const PairVector factors = factors_of(scene, ratio);
     for (std::size_t c = 0; c < 3; ++c) {
-      Sums& sums = channels[c];
       const double rest = ratio.logs[0][c] - ratio.logs[1][c];
-      const PairVector weighted = ratio.weight / robust_divisor(rest + factors.dot(sums.before), round) * factors;
-      sums.matrix += weighted * factors.transpose();
-      sums.rest += rest * weighted;
+      const PairVector weighted = ratio.weight / robust_divisor(rest + factors.dot(before[c]), round) * factors;
+      channels[c].matrix += weighted * factors.transpose();
+      channels[c].rest += rest * weighted;
     }
   }
-  for (std::size_t c = 0; c < 3; ++c)
-    equations.add(unknowns_of(ratios.front().views, u, c), channels[c].matrix, channels[c].rest);
+  return channels;
 }
 
-/// Calls use(ratios) for each pair of views. \pre those of a pair are beside each other
-template <class Use>
-void each_pair(std::span<const ColorRatio> ratios, const Use& use) {
+/// The ratios of each pair of views. \pre those of a pair are beside each other
+std::vector<std::span<const ColorRatio>> pairs_of(std::span<const ColorRatio> ratios) {
+  std::vector<std::span<const ColorRatio>> pairs;
   for (auto begin = ratios.begin(); begin != ratios.end();) {
     const auto end = std::upper_bound(begin, ratios.end(), *begin,
                                       [](const ColorRatio& a, const ColorRatio& b) { return a.views < b.views; });
-    use(std::span(begin, end));
+    pairs.emplace_back(begin, end);
     begin = end;
   }
+  return pairs;
 }
 
 /// How bright each view is along its seams, as logarithms, less the median view's.
@@ -332,10 +335,16 @@ std::vector<Logs> expected_gains(const Scene& scene, std::span<const ColorRatio>
 /// Iteratively reweighted least squares from `x` on.
 void improve(const Scene& scene, std::span<const ColorRatio> ratios, const Unknowns& u, const Prior& prior,
              double total, int first_round, int end_round, Eigen::VectorXd& x) {
+  const std::vector<std::span<const ColorRatio>> pairs = pairs_of(ratios);
+  std::vector<std::array<PairSums, 3>> sums(pairs.size());
   for (int round = first_round; round < end_round; ++round) {
     NormalEquations equations(u.count());
     add_anchors(equations, u, prior, total);
-    each_pair(ratios, [&](std::span<const ColorRatio> of_pair) { add_pair(equations, scene, of_pair, u, x, round); });
+    tbb::parallel_for(std::size_t{0}, pairs.size(),
+                      [&](std::size_t p) { sums[p] = sum_pair(scene, pairs[p], u, x, round); });
+    for (std::size_t p = 0; p < pairs.size(); ++p)
+      for (std::size_t c = 0; c < 3; ++c)
+        equations.add(unknowns_of(pairs[p].front().views, u, c), sums[p][c].matrix, sums[p][c].rest);
     std::optional<Eigen::VectorXd> solution = equations.solve();
     if (!solution) return;
     x = std::move(*solution);
