@@ -206,7 +206,7 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   if (!leveling) leveling = level_seams(input, layout.set, state.coverage, cuts, blending, state.options.seams);
   cuts = {};
   build.correction = std::move(leveling->correction);
-  // Written while pages are painted: it takes as long as some of them.
+  // Written while pages are painted: for hundreds of photos it is more than a gigabyte.
   std::future<void> keeping;
   if (!is_kept)
     keeping =

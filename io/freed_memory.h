@@ -1,7 +1,6 @@
-// Memory that is given back when it is needed no longer, or taken by all threads.
+// Memory that is given back when it is needed no longer.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 namespace gpvc {
@@ -14,20 +13,5 @@ void free_memory(std::vector<T>& vector) {
 
 /// Gives memory that was freed back to the system, which allocators otherwise keep for later.
 void release_freed_memory();
-
-/// Has the system provide the pages of a block, which it clears, by all threads and not by the one that first writes to
-/// them: a gigabyte takes up to two seconds where it comes from a virtual machine's host. Contents stay. Does nothing for
-/// small blocks, and where the system cannot (Linux before 5.14).
-void provide_pages(void* block, std::size_t bytes);
-
-/// A vector of so many copies of a value, whose memory is provided as above.
-template <typename T>
-std::vector<T> filled(std::size_t size, const T& value) {
-  std::vector<T> vector;
-  vector.reserve(size);
-  provide_pages(vector.data(), size * sizeof(T));
-  vector.assign(size, value);
-  return vector;
-}
 
 }  // namespace gpvc

@@ -202,7 +202,6 @@ HoleFiller::HoleFiller(AtlasBuild& build)
 }
 
 void HoleFiller::look_at_borders() {
-  if (vertices_ == 0 || build_.options.unseen == UnseenFaces::color) return;
   for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size()), [&](const auto& some) {
       for (std::size_t n = some.begin(); n < some.end(); ++n) {

@@ -34,7 +34,7 @@ class HoleFiller {
   std::vector<char> pending_;         ///< per page
   std::vector<std::uint32_t> slot_;   ///< per mesh vertex: its place among those of holes, or none
   std::uint32_t vertices_ = 0;        ///< of holes
-  std::vector<std::size_t> corners_;  ///< of seen faces on borders of holes, in face order, as 3 x face + corner
+  std::vector<std::size_t> corners_;  ///< of seen faces on borders of holes that are filled, as 3 x face + corner
   /// Of one layer.
   struct Colors {
     std::vector<std::optional<Color>> border;  ///< per corner of corners_

@@ -17,7 +17,7 @@ std::optional<AlignmentFit> take_alignment(const KeptPages& kept, const AtlasInp
 void keep_alignment(const KeptPages& kept, const AlignmentFit& fit);
 
 std::optional<LevelingResult> take_leveling(const KeptPages& kept, const AtlasInput& input, const ChartSet& set);
-/// What make up a LevelingResult.
+/// Keeps the two parts of what take_leveling() returns.
 void keep_leveling(const KeptPages& kept, const ColorCorrection& correction, const LevelingStatistics& statistics);
 
 /// True if the page seems to be kept.

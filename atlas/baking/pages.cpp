@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "io/freed_memory.h"
+#include "io/provided_memory.h"
 #include "io/push_pull.h"
 
 namespace gpvc::atlas {

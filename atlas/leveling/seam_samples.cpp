@@ -13,7 +13,7 @@
 #include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/overlap_ratios.h"
-#include "io/freed_memory.h"
+#include "io/provided_memory.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {

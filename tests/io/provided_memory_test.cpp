@@ -1,4 +1,4 @@
-#include "io/freed_memory.h"
+#include "io/provided_memory.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace gpvc {
 namespace {
 
-TEST(FreedMemory, LargeVectorIsFilledToItsEnds) {
+TEST(ProvidedMemory, LargeVectorIsFilledToItsEnds) {
   // Parts that threads provide, and some bytes of one more.
   const std::size_t size = (std::size_t{80} << 20) + 12345;
   const std::vector<std::uint8_t> bytes = filled(size, std::uint8_t{7});
@@ -18,7 +18,7 @@ TEST(FreedMemory, LargeVectorIsFilledToItsEnds) {
   EXPECT_TRUE(filled(0, 1.0).empty());
 }
 
-TEST(FreedMemory, ProvidedBlockKeepsItsContents) {
+TEST(ProvidedMemory, ProvidedBlockKeepsItsContents) {
   std::vector<std::uint8_t> bytes(std::size_t{70} << 20, 5);
   provide_pages(bytes.data() + 1, bytes.size() - 2);
   EXPECT_TRUE(std::ranges::all_of(bytes, [](std::uint8_t b) { return b == 5; }));
