@@ -23,28 +23,11 @@ runs=3
 hold_out=6
 images=
 gpvc=
-out=
-places=()
-while [ $# -gt 0 ]; do
-  case $1 in
-    --runs | --hold-out | --images | --gpvc | -o)
-      [ $# -ge 2 ] || usage "$1 takes a value"
-      case $1 in
-        --runs) runs=$2 ;;
-        --hold-out) hold_out=$2 ;;
-        --images) images=$2 ;;
-        --gpvc) gpvc=$2 ;;
-        -o) out=$2 ;;
-      esac
-      shift ;;
-    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
-    -*) usage "there is no option '$1'" ;;
-    *) places+=("$1") ;;
-  esac
-  shift
-done
+o=
+read_arguments "runs hold-out images gpvc o" "$@"
 [ ${#places[@]} = 2 ] || usage "expected SCENE and MESH, got ${#places[@]} arguments"
-[ -n "$out" ] || usage "-o DIR is missing"
+[ -n "$o" ] || usage "-o DIR is missing"
+out=$o
 [[ $runs =~ ^[1-9][0-9]?$ ]] || usage "--runs takes a number from 1 to 99, got '$runs'"
 [ -e "${places[0]}" ] || fail "the scene ${places[0]} does not exist"
 [ -f "${places[1]}" ] || fail "the mesh ${places[1]} does not exist"

@@ -34,27 +34,14 @@ declare -A imperfection=(
 
 faces=60000
 texture=
-cases=("${all[@]}")
+cases=$(IFS=,; echo "${all[*]}")
 gpvc=
-out=
-while [ $# -gt 0 ]; do
-  case $1 in
-    --faces | --texture | --cases | --gpvc | -o)
-      [ $# -ge 2 ] || usage "$1 takes a value"
-      case $1 in
-        --faces) faces=$2 ;;
-        --texture) texture=$2 ;;
-        --cases) IFS=, read -ra cases <<<"$2" ;;
-        --gpvc) gpvc=$2 ;;
-        -o) out=$2 ;;
-      esac
-      shift ;;
-    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
-    *) usage "there is no option '$1'" ;;
-  esac
-  shift
-done
-[ -n "$out" ] || usage "-o DIR is missing"
+o=
+read_arguments "faces texture cases gpvc o" "$@"
+[ ${#places[@]} = 0 ] || usage "expected no arguments beside options, got '${places[0]}'"
+[ -n "$o" ] || usage "-o DIR is missing"
+out=$o
+IFS=, read -ra cases <<<"$cases"
 for name in "${cases[@]}"; do [ -n "${imperfection[$name]+set}" ] || usage "there is no case '$name': ${all[*]}"; done
 
 find_gpvc

@@ -14,23 +14,11 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 seeds=4
 gpvc=
-out=
-while [ $# -gt 0 ]; do
-  case $1 in
-    --seeds | --gpvc | -o)
-      [ $# -ge 2 ] || usage "$1 takes a value"
-      case $1 in
-        --seeds) seeds=$2 ;;
-        --gpvc) gpvc=$2 ;;
-        -o) out=$2 ;;
-      esac
-      shift ;;
-    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
-    *) usage "there is no option '$1'" ;;
-  esac
-  shift
-done
-[ -n "$out" ] || usage "-o DIR is missing"
+o=
+read_arguments "seeds gpvc o" "$@"
+[ ${#places[@]} = 0 ] || usage "expected no arguments beside options, got '${places[0]}'"
+[ -n "$o" ] || usage "-o DIR is missing"
+out=$o
 find_gpvc
 mkdir -p "$out"
 : >"$out/said.txt"
