@@ -64,7 +64,7 @@ struct Tolerance {
   bool unseen = false;     ///< meshes of which photos see less than kLeastSeen
 };
 
-/// The numbers of faces tagged seen, partial and unseen.
+/// The numbers of faces tagged seen, partial, unseen and background.
 std::array<std::size_t, 4> count_tags(std::span<const labeling::FaceTag> tags);
 
 struct SceneFit {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 
+#include "app/checks/scene_fit.h"
 #include "app/pipeline/bake_into.h"
 #include "app/pipeline/steps.h"
 #include "app/tiles/done.h"
@@ -97,10 +98,12 @@ void UnitRunner::cost(const Unit& unit, const io::WorkKey& key) {
   if (refused > 0 && unit.level == 0)
     observer_.warning(fmt::format("{} faces are filled: the rules refuse all photos that see them",
                                   results::readable_count(static_cast<std::size_t>(refused))));
-  std::array<std::size_t, 3> tags{};
+  std::vector<labeling::FaceTag> own;
   for (std::size_t f = 0; f < costs.tags.size(); ++f)
-    if (tile.tile[f] == unit.number) ++tags[static_cast<std::size_t>(costs.tags[f])];
-  for (std::size_t i = 0; const char* name : {"seen", "partial", "filled"}) done_->figures[name] = tags[i++];
+    if (tile.tile[f] == unit.number) own.push_back(costs.tags[f]);
+  const auto counts = checks::count_tags(own);
+  for (std::size_t i = 0; const char* name : {"seen", "partial", "filled", "background"})
+    done_->figures[name] = counts[i++];
   observer_.end(fmt::format("{} candidates", results::readable_count(costs.table.views.size())));
 }
 

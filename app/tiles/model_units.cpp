@@ -222,8 +222,8 @@ void UnitRunner::finish(const Unit& /*unit*/, const io::WorkKey& /*key*/) {
     const auto figure = [&](const char* name) {
       return done->figures.contains(name) && done->figures[name].is_number() ? done->figures[name].get<double>() : 0;
     };
-    for (const char* name : {"full", "partial", "seen", "filled", "energy", "pairs", "seams", "pairs_across",
-                             "seams_across", "charts", "page_texels", "seam_edges"})
+    for (const char* name : {"full", "partial", "seen", "filled", "background", "energy", "pairs", "seams",
+                             "pairs_across", "seams_across", "charts", "page_texels", "seam_edges"})
       if (done->figures.contains(name))
         sums[std::string(name_of(kStageNames, unit.stage)) + "." + name] += figure(name);
     steps_before += figure("seam_edges") * figure("seam_step_before");

@@ -4,10 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "app/pipeline/pipeline.h"
 #include "app/results/output_folder.h"
+#include "app/tiles/done.h"
+#include "app/tiles/make_job.h"
+#include "app/tiles/units.h"
+#include "io/images.h"
 #include "io/textured_model.h"
 #include "io/vector.h"
 #include "tests/support/temporary_folder.h"
@@ -105,6 +110,26 @@ TEST_F(WallBeforeSky, HasItWhereAskedTo) {
   settings.costs.background = labeling::Background::none;
   const pipeline::Seen seen = pipeline::see(run(settings));
   EXPECT_TRUE(std::ranges::all_of(seen.candidates.tags, labeling::has_candidates));
+}
+
+TEST_F(WallBeforeSky, TilesCountTheirFacesBeforeTheSky) {
+  const test::TemporaryFolder folder;
+  for (View& view : scene_.views) {
+    view.photo = folder.path() / view.name;
+    io::write_image(view.photo, photo_of(view), io::ImageFormat::png, 0);
+  }
+  const tiles::JobFolder job(folder.path() / "job");
+  tiles::JobSettings settings;
+  settings.tiles.faces_per_tile = mesh_.faces.size() / 3;
+  tiles::make_job(job, input_, settings, "test", silent_);
+  tiles::UnitRunner runner(job, {}, silent_);
+  for (const tiles::Unit& unit : runner.units()) ASSERT_EQ(runner.run(unit), tiles::UnitResult::done) << unit.name;
+  const auto figures = tiles::read_done(job.done_file(tiles::kFinishUnit)).value().figures;
+  std::size_t all = 0;
+  for (const char* tag : {"seen", "partial", "filled", "background"})
+    all += figures["cost." + std::string(tag)].get<std::size_t>();
+  EXPECT_EQ(all, mesh_.faces.size());
+  EXPECT_GT(figures["cost.background"], 400);
 }
 
 TEST_F(WallBeforeSky, IsAloneInTheGlbWhileTheObjKeepsAllFaces) {
