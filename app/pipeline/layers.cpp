@@ -90,10 +90,15 @@ void bake_layer(const Run& run, const LayerPhotos& layer, const atlas::AtlasInpu
 
 }  // namespace
 
+void check_band_formats(const Run& run, std::span<const LayerPhotos> layers) {
+  for (const LayerPhotos& layer : layers)
+    check_band_format({layer.scene, run.input.mesh, run.input.views}, run.settings.output);
+}
+
 void check_layer(const Input& input, const std::string& name, const Scene& layer) {
   if (layer.views.size() != input.scene.views.size())
     throw InputError(name, "",
-                     fmt::format("as photos of the scene has {} views, expected {}, one for each of the model's photos",
+                     fmt::format("{} views have photos in this layer, expected {}, one for each of the model's photos",
                                  layer.views.size(), input.scene.views.size()));
   for (const ViewId id : input.views) {
     const View &view = input.scene.views[index(id)], &other = layer.views[index(id)];

@@ -360,6 +360,7 @@ TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder&
                              std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
   check_band_format(run.input, run.settings.output);
+  check_band_formats(run, layers);
   look_at_layout(run);
   const Clock::time_point start = Clock::now();
   const auto& [input, settings, photos, observer, kept] = run;

@@ -23,6 +23,20 @@ class Layers : public App {
     }
     return folder;
   }
+  fs::path five_bands() const {
+    const fs::path folder = folder_.path() / "five_bands";
+    fs::create_directories(folder);
+    for (const fs::directory_entry& photo : fs::directory_iterator(scene_ / "images")) {
+      const io::ImageSize size = io::read_image_size(photo.path());
+      Samples samples{size.width, size.height, 5, SampleType::u8, {}};
+      samples.bytes.resize(pixel_index(0, size.height, size.width) * 5);
+      // What they are, their first bytes say.
+      const fs::path file = folder / photo.path().filename(), tiff = fs::path(file).replace_extension(".tif");
+      io::write_samples(tiff, samples, {SampleType::u8, std::vector<Band>(5)});
+      fs::rename(tiff, file);
+    }
+    return folder;
+  }
   std::uint8_t level_of(const fs::path& photo) const {
     std::vector<fs::path> all;
     for (const fs::directory_entry& each : fs::directory_iterator(scene_ / "images"))
@@ -120,6 +134,12 @@ TEST_F(Layers, AreRefusedInOneSentence) {
                       "the size of the photo that it lies over");
   fs::remove(photo);
   expect_one_sentence(run(texture(out_, {"--layers", layer.string()})), photo.filename().string(), "");
+  EXPECT_FALSE(fs::exists(out_));
+  // Before anything is baked.
+  const test::Outcome bands =
+      run(texture(out_, {"--layers", five_bands().string(), "--band-format", "png", "--verbose"}));
+  expect_one_sentence(bands, "five_bands", "holds 5 bands of u8, and a PNG holds 1 to 4 of u8 or u16");
+  EXPECT_FALSE(contains(bands.err, "bake"));
   EXPECT_FALSE(fs::exists(out_));
   EXPECT_EQ(run(texture(out_, {"--level-layers"})).exit_code, 2);
   EXPECT_EQ(run(texture(out_, {"--layers", layer.string(), layer.string() + "/"})).exit_code, 2);
