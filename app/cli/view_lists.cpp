@@ -10,6 +10,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <sstream>
 
 #include "app/pipeline/rule_regions.h"
@@ -118,11 +119,16 @@ struct RegionReader {
   io::Region operator()(const io::PhotoRegion& shown) const {
     const Match found = match(input.scene.views, shown.photo);
     if (!found.complaint.empty()) throw InputError(file, listed.place, found.complaint);
-    if (found.found.size() > 1)
-      throw InputError(
-          file, listed.place,
-          fmt::format("'{}' means {} views; a rectangle is one of a single view", shown.photo, found.found.size()));
-    return pipeline::faces_shown(input, ViewId{static_cast<std::uint32_t>(found.found[0])}, shown.low, shown.high);
+    const std::span<const View> views = input.scene.views;
+    std::vector<ViewId> of_photo;
+    for (const std::size_t v : found.found) {
+      if (io::photo_name(views[v]) != io::photo_name(views[found.found[0]]))
+        throw InputError(file, listed.place,
+                         fmt::format("'{}' means {} and {}; a rectangle is one of a single photo", shown.photo,
+                                     io::photo_name(views[found.found[0]]), io::photo_name(views[v])));
+      of_photo.push_back(ViewId{static_cast<std::uint32_t>(v)});
+    }
+    return pipeline::faces_shown(input, of_photo, shown.low, shown.high);
   }
 };
 

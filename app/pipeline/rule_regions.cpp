@@ -5,22 +5,24 @@
 #include <cstdint>
 #include <vector>
 
+#include "io/photo_pixel.h"
 #include "io/reference_system.h"
 #include "visibility/visibility.h"
 
 namespace gpvc::pipeline {
 
-io::FaceRegion faces_shown(const checks::Input& input, ViewId id, const PhotoPoint& low, const PhotoPoint& high) {
+namespace {
+
+// Marks what one view shows.
+void mark_shown(const checks::Input& input, ViewId id, const visibility::ViewVisibility& seen, const PhotoPoint& low,
+                const PhotoPoint& high, std::vector<bool>& shown) {
   const View& view = input.scene.views[index(id)];
-  const Camera& camera = view.camera;
   const auto is_inside = [&](const PixelPoint& p) {
-    const std::optional<PhotoPoint> at = photo_from_pixel(camera, p);
-    const double x = at ? at->x * view.reduction : -1, y = at ? at->y * view.reduction : -1;
-    return at && x >= low.x && x <= high.x && y >= low.y && y <= high.y;
+    const std::optional<PhotoPoint> at = photo_from_pixel(view.camera, p);
+    if (!at) return false;
+    const auto [x, y] = io::taken_pixel(view, *at);
+    return x >= low.x && x <= high.x && y >= low.y && y <= high.y;
   };
-  visibility::VisibilityOptions options;
-  options.method = visibility::Gpvc{.drawing = visibility::Drawing::native};
-  const visibility::ViewVisibility seen = visibility::VisibilityStage(input.mesh, options).classify(view, id, nullptr);
   std::vector<std::int64_t> inside_less_outside(input.mesh.faces.size(), 0);
   std::vector<bool> has_pixels(input.mesh.faces.size(), false);
   for (int y = 0; y < seen.ivm.height; ++y)
@@ -37,14 +39,27 @@ io::FaceRegion faces_shown(const checks::Input& input, ViewId id, const PhotoPoi
       middle = {middle.x + p.x / 3, middle.y + p.y / 3, middle.z + p.z / 3};
     }
     const CameraPoint c = camera_from_world(view.pose, middle);
-    return c.z > 0 && is_inside(pixel_from_camera(camera, c));
+    return c.z > 0 && is_inside(pixel_from_camera(view.camera, c));
   };
+  for (std::uint32_t f = 0; f < input.mesh.faces.size(); ++f)
+    if (seen.classes[f] != visibility::FaceClass::hidden &&
+        (has_pixels[f] ? inside_less_outside[f] >= 0 : shows_middle(input.mesh.faces[f])))
+      shown[f] = true;
+}
+
+}  // namespace
+
+io::FaceRegion faces_shown(const checks::Input& input, std::span<const ViewId> views, const PhotoPoint& low,
+                           const PhotoPoint& high) {
+  visibility::VisibilityOptions options;
+  options.method = visibility::Gpvc{.drawing = visibility::Drawing::native};
+  visibility::VisibilityStage stage(input.mesh, options);
+  std::vector<bool> shown(input.mesh.faces.size(), false);
+  for (const ViewId id : views)
+    mark_shown(input, id, stage.classify(input.scene.views[index(id)], id, nullptr), low, high, shown);
   io::FaceRegion region;
-  for (std::uint32_t f = 0; f < input.mesh.faces.size(); ++f) {
-    if (seen.classes[f] == visibility::FaceClass::hidden) continue;
-    if (has_pixels[f] ? inside_less_outside[f] >= 0 : shows_middle(input.mesh.faces[f]))
-      region.ranges.push_back({f, f});
-  }
+  for (std::uint32_t f = 0; f < shown.size(); ++f)
+    if (shown[f]) region.ranges.push_back({f, f});
   return region;
 }
 

@@ -1,6 +1,7 @@
 // The regions of rules about photos as parts of a mesh.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "../../io/view_rules.h"
@@ -14,9 +15,11 @@ class RegionError : public Error {
   using Error::Error;
 };
 
-/// The faces of which a view shows the larger part of the visible pixels in a rectangle of its photo, or, of those that cover
-/// no pixel, the middle. Draws the view natively. O(faces + pixels).
-io::FaceRegion faces_shown(const checks::Input& input, ViewId view, const PhotoPoint& low, const PhotoPoint& high);
+/// The faces of which a view shows the larger part of the visible pixels in a rectangle of its photo as it was taken
+/// (io::taken_pixel()), or, of those that cover no pixel, the middle. `views`: those of one photo, of each of which that counts. Draws
+/// them natively. O(views (faces + pixels)).
+io::FaceRegion faces_shown(const checks::Input& input, std::span<const ViewId> views, const PhotoPoint& low,
+                           const PhotoPoint& high);
 
 /// A region in the coordinates of the mesh's file as one of the mesh. O(faces log faces), TBB, where these are not the same.
 io::Region region_of(const io::Region& region, const Mesh& mesh);

@@ -39,7 +39,7 @@ std::vector<std::uint32_t> faces_in(const checks::Input& input, const View& scre
   const ViewId only{0};
   const checks::Input seen{scene, input.mesh, std::span(&only, 1), input.mesh_file};
   std::vector<std::uint32_t> faces;
-  for (const auto& [first, last] : pipeline::faces_shown(seen, only, low, high).ranges)
+  for (const auto& [first, last] : pipeline::faces_shown(seen, seen.views, low, high).ranges)
     for (std::uint32_t f = first; f <= last; ++f) {
       const auto [a, b, c] = input.mesh.faces[f];
       const auto& at = input.mesh.positions;

@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <variant>
+#include <vector>
 
 #include "app/checks/scene_fit.h"
 #include "app/cli/view_lists.h"
@@ -110,22 +112,23 @@ WorldPoint fisheye_ray(double x, double y) {
   return {std::sin(theta) * dx / r, std::sin(theta) * dy / r, std::cos(theta)};
 }
 
+constexpr std::array<WorldPoint, 2> kCentres{{{0.4, 0.3, 0.1}, {-0.7, -0.2, -0.3}}};
+constexpr std::array<Quaternion, 2> kTurns{{{0.5, -0.5, 0.5, -0.5}, {0.8, 0.36, -0.48, 0}}};
+
 /// Two photos of the room, as COLMAP lists them.
 template <class Ray>
 void write_scene(const test::TemporaryFolder& folder, const std::string& camera, int width, int height,
                  const Ray& ray) {
-  const WorldPoint centres[] = {{0.4, 0.3, 0.1}, {-0.7, -0.2, -0.3}};
-  const Quaternion turns[] = {{0.5, -0.5, 0.5, -0.5}, {0.8, 0.36, -0.48, 0}};
   std::string images;
   std::filesystem::create_directory(folder.path() / "images");
   for (std::size_t n = 0; n < 2; ++n) {
-    const auto r = rotation_of(turns[n]);
-    const WorldPoint& c = centres[n];
+    const auto r = rotation_of(kTurns[n]);
+    const WorldPoint& c = kCentres[n];
     io::write_image(folder.path() / fmt::format("images/{}.png", n), photo_at(c, r, width, height, ray),
                     io::ImageFormat::png, 0);
-    images += fmt::format("{} {} {} {} {} {} {} {} 1 {}.png\n\n", n + 1, turns[n][0], turns[n][1], turns[n][2],
-                          turns[n][3], -(r[0] * c.x + r[1] * c.y + r[2] * c.z), -(r[3] * c.x + r[4] * c.y + r[5] * c.z),
-                          -(r[6] * c.x + r[7] * c.y + r[8] * c.z), n);
+    images += fmt::format("{} {} {} {} {} {} {} {} 1 {}.png\n\n", n + 1, kTurns[n][0], kTurns[n][1], kTurns[n][2],
+                          kTurns[n][3], -(r[0] * c.x + r[1] * c.y + r[2] * c.z),
+                          -(r[3] * c.x + r[4] * c.y + r[5] * c.z), -(r[6] * c.x + r[7] * c.y + r[8] * c.z), n);
   }
   folder.write("cameras.txt", "1 " + camera + "\n");
   folder.write("images.txt", images);
@@ -234,6 +237,42 @@ TEST(FisheyeTexture, ShowsTheWallsToTheEdge) {
   // A frame shows a third of the sphere at most, the whole photo (1 - cos 94 degrees) / 2 = 0.53 of it.
   EXPECT_GT(seen[1], seen[0] * 5 / 4);
   EXPECT_GT(seen[1], mesh.faces.size() * 8 / 10);
+}
+
+// Whatever view shows it, and to its left and right rim, beyond which views go on.
+TEST(PanoramaRules, MeanPlacesOfItsFile) {
+  const test::TemporaryFolder folder;
+  const Scene scene = panorama_scene(folder);
+  const Mesh mesh = room();
+  const std::vector<ViewId> views = checks::all_views(scene);
+  const auto r = rotation_of(kTurns[0]);
+  constexpr double kTop = 100, kBottom = 220, kWide = 160, kBorder = 24;  // faces are less than twice as wide
+  for (const double left : {0.0, 300.0, kAround - kWide}) {
+    const auto rules = cli::read_rules(folder.write("rules.csv", fmt::format("photo,0.png {} {} {} {},forbid,1.png\n",
+                                                                             left, kTop, left + kWide, kBottom)),
+                                       {scene, mesh, views});
+    ASSERT_EQ(rules.size(), 1u);
+    std::vector<bool> in_region(mesh.faces.size(), false);
+    for (const auto& [first, last] : std::get<io::FaceRegion>(rules[0].region).ranges)
+      for (std::uint32_t f = first; f <= last; ++f) in_region[f] = true;
+    std::size_t inside = 0, outside = 0;
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+      const auto [a, b, c] = mesh.faces[f];
+      const WorldPoint middle = (mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) * (1.0 / 3);
+      const WorldPoint d = middle - kCentres[0];
+      const WorldPoint ray{r[0] * d.x + r[1] * d.y + r[2] * d.z, r[3] * d.x + r[4] * d.y + r[5] * d.z,
+                           r[6] * d.x + r[7] * d.y + r[8] * d.z};
+      const double x = (std::atan2(ray.x, ray.z) / (2 * std::numbers::pi) + 0.5) * kAround,
+                   y = (std::atan2(ray.y, std::hypot(ray.x, ray.z)) / std::numbers::pi + 0.5) * kDown;
+      // How far it lies inside, negative outside.
+      const double depth = std::min({x - left, left + kWide - x, y - kTop, kBottom - y});
+      if (std::abs(depth) < kBorder) continue;
+      ++(depth > 0 ? inside : outside);
+      ASSERT_EQ(in_region[f], depth > 0) << "face " << f << " at " << x << ", " << y << ", rectangle from " << left;
+    }
+    EXPECT_GT(inside, 10u);
+    EXPECT_GT(outside, 200u);
+  }
 }
 
 }  // namespace

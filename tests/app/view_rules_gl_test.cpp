@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
 #include "app/cli/view_lists.h"
@@ -165,7 +166,7 @@ TEST_F(ViewRules, ARectangleOfAPhotoMeansWhatIsSeenThere) {
       high{view.camera.width * 0.75, view.camera.height * 0.75};
   const checks::Input input{city_->scene, city_->mesh, city_->views};
   std::vector<std::uint8_t> inside(city_->mesh.faces.size(), 0);
-  for (const auto& [first, last] : pipeline::faces_shown(input, ViewId{0}, low, high).ranges)
+  for (const auto& [first, last] : pipeline::faces_shown(input, std::array{ViewId{0}}, low, high).ranges)
     for (std::uint32_t f = first; f <= last; ++f) inside[f] = 1;
   const visibility::ViewVisibility seen =
       visibility::VisibilityStage(city_->mesh, {visibility::Gpvc{.drawing = visibility::Drawing::native}})
