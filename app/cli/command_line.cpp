@@ -79,7 +79,8 @@ int run_guarded(const CommonOptions& common, const std::function<void(Console&)>
   } catch (const std::bad_alloc&) {
     console->error("out of memory");
   } catch (const std::filesystem::filesystem_error& e) {
-    console->error(fmt::format("{}: {}", e.path1().string(), e.code().message()));
+    console->error(e.path1().empty() ? std::string(e.what())
+                                     : fmt::format("{}: {}", e.path1().string(), e.code().message()));
   } catch (const std::system_error& e) {
     // What std::thread throws does not say so.
     console->error(e.code() == std::errc::resource_unavailable_try_again

@@ -138,9 +138,8 @@ void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
 class BandIndex {
  public:
   explicit BandIndex(const BandFolder& band) : band_(band), index_(band.folder, true) {
-    std::error_code ignored;
-    for (const auto& entry : fs::recursive_directory_iterator(band.folder, ignored))
-      if (const auto name = band_file_name(entry.path())) groups_.emplace(name->group, entry.path());
+    for (const fs::path& file : index_.files())
+      if (const auto name = band_file_name(file)) groups_.emplace(name->group, file);
   }
 
   /// Empty: there is none, or several.

@@ -12,6 +12,7 @@
 #include "io/lens/spherical.h"
 #include "io/push_pull.h"
 #include "io/scenes/layers.h"
+#include "io/scenes/photo_index.h"
 
 namespace gpvc::io {
 namespace {
@@ -122,10 +123,9 @@ void refuse_shared_masks(const SceneFile& scene, std::span<const fs::path> state
 
 /// What a folder holds instead of masks: the end of a sentence.
 std::string held_instead(const fs::path& folder) {
-  std::error_code ignored;
   std::vector<std::string> names;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
-    if (is_file(entry.path())) names.push_back(entry.path().lexically_relative(folder).string());
+  for (const fs::path& file : PhotoIndex(folder, true).files())
+    names.push_back(file.lexically_relative(folder).string());
   std::ranges::sort(names);
   return names.empty() ? ", it holds no file" : ", found " + names.front() + (names.size() > 1 ? " and the like" : "");
 }
@@ -154,10 +154,12 @@ void warn_of_grey(SceneFile& scene) {
       " % of a mask's pixels are grey");
 }
 
-/// False for JPEG, which has no alpha: saves opening every photo of a flight.
+/// False for JPEG, which has no alpha: saves reading the header of every photo of a flight. By its first bytes, as photos are read:
+/// programs write WebP and PNG under the name of a JPEG.
 bool may_have_alpha(const fs::path& photo) {
-  const std::string extension = lower_case(photo.extension().string());
-  return extension != ".jpg" && extension != ".jpeg";
+  constexpr std::string_view kJpeg = "\xFF\xD8\xFF";
+  const std::string head = first_bytes(photo, kJpeg.size());
+  return head.size() == kJpeg.size() && head != kJpeg;
 }
 
 /// Reduces in the blocks of reduce_image; a block is excluded when one of its pixels is.

@@ -116,6 +116,13 @@ void PhotoIndex::add(const fs::path& path) {
   if (has_image_extension(path)) by_stem_[folded(path.stem().string())].push_back(file);
 }
 
+std::vector<fs::path> PhotoIndex::files() const {
+  std::vector<fs::path> all;
+  for (const auto& [name, files] : by_name_)
+    for (const File& file : files) all.push_back(file.path);
+  return all;
+}
+
 std::vector<fs::path> PhotoIndex::best(const std::vector<std::string>& tail, const Index& index, const std::string& key,
                                        bool exact, bool by_stem) {
   const auto candidates = index.find(key);

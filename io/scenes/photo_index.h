@@ -31,6 +31,9 @@ class PhotoIndex {
   std::filesystem::path match(const std::filesystem::path& listing, const std::string& wanted,
                               const std::filesystem::path& preferred) const;
 
+  /// All of them, in any order.
+  std::vector<std::filesystem::path> files() const;
+
   /// The name of a photo that is none of `taken` and differs from `wanted` as a slip of the pen does; empty: there is none.
   std::string near(const std::string& wanted, const std::set<std::filesystem::path>& taken) const;
 

@@ -185,6 +185,17 @@ TEST_F(Masks, AlphaOfAPhotoExcludesAndJoinsItsMask) {
   EXPECT_FALSE(read_exclusion(scene(none).views[0]));
 }
 
+// Programs write PNG and WebP under such names.
+TEST_F(Masks, AlphaIsFoundInAPngThatIsCalledAJpeg) {
+  Bytes rgba(4 * kMaskWidth * kMaskHeight, 200);
+  for (int x = 0; x < 10; ++x) rgba[static_cast<std::size_t>(4 * x + 3)] = 0;
+  store(photo("q.png"), kMaskWidth, kMaskHeight, 4, OIIO::TypeUInt8, rgba);
+  EXPECT_FALSE(scene().views[1].uses_alpha);
+  std::filesystem::rename(photo("q.png"), photo("q.jpg"));
+  ASSERT_TRUE(scene().views[1].uses_alpha);
+  expect_block(read_exclusion(scene().views[1]), 0, 0, 10, 1);
+}
+
 // At any depth and reduction.
 TEST_F(Masks, AlphaComesWithThePhoto) {
   std::vector<std::uint16_t> deep(4 * kMaskWidth * kMaskHeight, 40000);
