@@ -67,8 +67,8 @@ class WorkStore {
   void keep(const std::string& name, const WorkKey& key, const std::function<void(Writer&)>& write);
   /// Removes all results with their list, those in its folders, too, and the folder unless it holds anything else.
   void clear() noexcept;
-  /// Why nothing more is kept, a sentence without a subject; nullopt while all is well.
-  std::optional<std::string> failure() const;
+  /// Why nothing more is kept; nullopt while all is well.
+  std::optional<OutputError> failure() const;
 
  private:
   struct State;

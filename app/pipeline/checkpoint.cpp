@@ -34,11 +34,11 @@ void Checkpoint::write(const std::string& name, const std::function<void(Writer&
 }
 
 void Checkpoint::warn_of_failure(Observer& observer) {
-  const std::optional<std::string> failure = warned_ ? std::nullopt : store_.failure();
+  const std::optional<OutputError> failure = warned_ ? std::nullopt : store_.failure();
   if (!failure) return;
   warned_ = true;
   observer.warning(
-      fmt::format("{}; no more work is kept, so a run that is cut off will repeat what follows", *failure));
+      fmt::format("{}; no more work is kept, so a run that is cut off will repeat what follows", failure->what()));
 }
 
 std::string view_part(ViewId id) { return fmt::format("{}{}", kViewPart, index(id)); }

@@ -41,7 +41,7 @@ void write_result(const char* name, const io::WorkKey& key, OutputFolder& folder
   if (std::ranges::find(folder.promised(), kEditHashesFile) == folder.promised().end()) folder.file(kEditHashesFile);
   io::WorkStore store(folder.in_making(), kEditHashesFile);
   store.keep(name, key, write);
-  if (const auto failure = store.failure()) throw OutputError(folder.path() / name, *failure);
+  if (const auto failure = store.failure()) throw *failure;
 }
 
 void read_result(const fs::path& from, const char* name, const io::WorkKey& key,

@@ -142,7 +142,7 @@ void JobFolder::keep(const fs::path& folder, const std::string& name, const io::
                      const std::function<void(Writer&)>& write) const {
   io::WorkStore store(folder);
   store.keep(name, key, write);
-  if (const std::optional<std::string> failure = store.failure()) throw Error(*failure);
+  if (const std::optional<OutputError> failure = store.failure()) throw *failure;
 }
 
 void JobFolder::read(const std::string& unit_name, const std::string& name,

@@ -135,7 +135,7 @@ struct WorkStore::State {
   std::map<std::string, Tail> listed{};
   bool cut_off = false;  ///< the list ends within a line, as a killed process leaves it, which costs that result
   std::atomic<bool> failed = false;
-  std::string reason{};
+  std::optional<OutputError> reason{};
   mutable std::mutex mutex{};
 
   void read_list() {
@@ -165,9 +165,9 @@ struct WorkStore::State {
     return entry != listed.end() && entry->second == tail;
   }
 
-  void fail(std::string why) {
+  void fail(const OutputError& why) {
     const std::lock_guard lock(mutex);
-    if (reason.empty()) reason = std::move(why);
+    if (!reason) reason = why;
     failed = true;
   }
 };
@@ -209,9 +209,9 @@ void WorkStore::keep(const std::string& name, const WorkKey& key, const std::fun
     file.commit(OutputFile::Flush::to_system);
     state_->enter(name, tail);
   } catch (const OutputError& error) {
-    state_->fail(error.what());
+    state_->fail(error);
   } catch (const std::filesystem::filesystem_error& error) {
-    state_->fail(OutputError(state_->folder, "cannot be written: " + error.code().message()).what());
+    state_->fail(OutputError(state_->folder, "cannot be written: " + error.code().message()));
   }
 }
 
@@ -228,9 +228,9 @@ void WorkStore::clear() noexcept {
   if (fs::is_directory(state_->folder, failed)) fs::remove(state_->folder, failed);  // fails unless it is empty
 }
 
-std::optional<std::string> WorkStore::failure() const {
+std::optional<OutputError> WorkStore::failure() const {
   const std::lock_guard lock(state_->mutex);
-  return state_->failed ? std::optional(state_->reason) : std::nullopt;
+  return state_->reason;
 }
 
 void WorkStore::Reader::refuse() const { throw Damaged{}; }

@@ -147,8 +147,8 @@ TEST_F(Kept, AFullDiskEndsTheKeepingAlone) {
     const rlimit small{1000, 1000};
     setrlimit(RLIMIT_FSIZE, &small);
     keep("view-2", key_, many());
-    const std::optional<std::string> failure = store_.failure();
-    const bool said = failure && failure->find("view-2: cannot be written: File too large") != std::string::npos;
+    const std::optional<OutputError> failure = store_.failure();
+    const bool said = failure && std::string(failure->what()).ends_with("view-2: cannot be written: File too large");
     keep("view-3", key_, {3});
     _exit(said && store_.has("view-1", key_) && !store_.has("view-3", key_) ? 0 : 1);
   }
