@@ -15,6 +15,7 @@
 
 #include "app/cli/cures.h"
 #include "app/results/observer.h"
+#include "io/utf8.h"
 
 namespace gpvc::cli {
 namespace {
@@ -118,7 +119,8 @@ void Console::status(const std::string& text) {
     print(text + "\n");
     return;
   }
-  std::fputs(("\r\x1b[K" + results::printable(text).substr(0, terminal_columns() - 1)).c_str(), stderr);
+  const std::string shown = results::printable(text);
+  std::fputs(fmt::format("\r\x1b[K{}", io::whole_characters(shown, terminal_columns() - 1)).c_str(), stderr);
   std::fflush(stderr);
   status_shown_ = true;
 }

@@ -16,7 +16,7 @@ namespace {
 
 /// The text after `'key':` in the header's dict.
 std::string_view value_of(const std::filesystem::path& file, std::string_view dict, std::string_view key) {
-  const std::size_t at = dict.find(quote(key));
+  const std::size_t at = dict.find("'" + std::string(key) + "'");
   const std::size_t colon = at == std::string_view::npos ? at : dict.find(':', at);
   if (colon == std::string_view::npos) throw InputError(file, "byte 10", "the array's header has no " + quote(key));
   dict.remove_prefix(colon + 1);
@@ -67,7 +67,7 @@ NpyArray<T> read_npy(const std::filesystem::path& file) {
   const std::uint32_t length =
       version[0] == 1 ? reader.read<std::uint16_t>(kHeader) : reader.read<std::uint32_t>(kHeader);
   const std::string_view dict = reader.take(length, kHeader);
-  const std::string expected = quote(npy_dtype<T>());
+  const std::string expected = "'" + std::string(npy_dtype<T>()) + "'";
   const std::string_view found = value_of(file, dict, "descr");
   if (!found.starts_with(expected))
     throw InputError(file, "byte 10",

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "io/utf8.h"
+
 namespace gpvc::io {
 
 /// The whole of `token` as a number; nullopt when it is none. "nan" and "inf" are numbers here; beyond double's range
@@ -79,11 +81,12 @@ inline std::string lower_case(std::string_view word) {
   return text;
 }
 
-/// `word` in quotes and cut to a length fit for a message, unprintable bytes as '?'.
+/// `word` in quotes and cut to a length fit for a message, between characters of UTF-8; control characters of ASCII as '?'.
 inline std::string quote(std::string_view word) {
+  const std::string_view shown = whole_characters(word, 40);
   std::string text = "'";
-  for (const char c : word.substr(0, 40)) text += c >= 0x20 && c != 0x7f ? c : '?';
-  return text + (word.size() > 40 ? "...'" : "'");
+  for (const char c : shown) text += static_cast<unsigned char>(c) >= 0x20 && c != 0x7f ? c : '?';
+  return text + (shown.size() < word.size() ? "...'" : "'");
 }
 
 }  // namespace gpvc::io
