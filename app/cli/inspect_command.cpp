@@ -278,15 +278,15 @@ void run_inspect(const InspectOptions& options, Console& console) {
   const EndsSoonAfterSignal ends([&] { console.interrupted(); });
   if (options.at) return print_place(options, console);
   check_places(options.input);
-  SceneInputData in;
-  std::future<Mesh> mesh;
-  if (!options.input.mesh.empty())
-    mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
   if (!options.picture.empty() && !options.check) throw UsageError("--picture belongs to --check");
   if (options.input.mesh.empty() && options.plan)
     throw UsageError("--plan counts what a mesh takes: name one after the scene");
   if (options.input.mesh.empty() && options.check)
     throw UsageError("--check compares what the photos show of a mesh: name one after the scene");
+  SceneInputData in;
+  std::future<Mesh> mesh;  // read while photos are looked for
+  if (!options.input.mesh.empty())
+    mesh = std::async(std::launch::async, [&] { return io::read_mesh(options.input.mesh); });
   in.scene = read_views(options.input, in.used, !options.check);
   if (!options.picture.empty()) check_picture(options, in.scene);
   print_cameras(in.scene, in.used, console);

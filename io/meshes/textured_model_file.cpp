@@ -95,10 +95,10 @@ LoadedModel read_textured_obj(const fs::path& file, const PageUse& use) {
   std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
   std::vector<bool> clamped(texture.materials.size(), false);
   for (const ObjMaterial& material : read_materials(file, texture.libraries)) {
-    const std::uint32_t page = material.image.empty() ? kNoPage : pages.page(material.image);
+    // Libraries of materials are shared, and may name images that are not there for what this file does not use.
     const auto used = texture.materials.find(material.name);
     if (used == texture.materials.end() || page_of_material[used->second] != kNoPage) continue;
-    page_of_material[used->second] = page;
+    if (!material.image.empty()) page_of_material[used->second] = pages.page(material.image);
     clamped[used->second] = material.clamped;
   }
   const auto unused = static_cast<std::uint32_t>(texture.texcoords.size());

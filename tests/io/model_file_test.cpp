@@ -346,6 +346,17 @@ TEST(ReadTexturedModel, ReadsNamesWithBlanksBehindByteOrderMarks) {
   EXPECT_EQ(found.pages.size(), expected.pages.size());
 }
 
+// As an OBJ that was cut out of a larger one has it beside itself.
+TEST(ReadTexturedModel, ImagesOfMaterialsThatNoFaceUsesNeedNotBeThere) {
+  const StripModel test;
+  write_obj(test.folder.path() / "m.obj", test.model, test.pages, {});
+  const LoadedModel expected = read_textured_model(test.folder.path() / "m.obj");
+  test.folder.write("m.mtl", "newmtl tree\nmap_Kd tree.png\n" + test::read_file(test.folder.path() / "m.mtl"));
+  const LoadedModel found = read_textured_model(test.folder.path() / "m.obj");
+  EXPECT_EQ(found.model.face_page, expected.model.face_page);
+  EXPECT_EQ(found.pages.size(), expected.pages.size());
+}
+
 // A quad whose fan would turn a triangle over, coordinates behind the faces and counted from the end, options before an image,
 // and faces without texture: no coordinates, some of number 0, no material and one without an image.
 TEST(ReadTexturedModel, ReadsObjsOfOtherWriters) {
