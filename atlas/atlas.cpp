@@ -101,6 +101,7 @@ void check(const AtlasInput& input, const AtlasOptions& options) {
   const std::size_t faces = input.mesh.faces.size();
   if (input.labels.size() != faces || input.tags.size() != faces)
     throw std::invalid_argument("labels and tags must have one entry per face");
+  if (input.candidates.faces() != faces) throw std::invalid_argument("candidates must have one entry per face");
   if (!input.border.empty() && input.border.size() != faces)
     throw std::invalid_argument("border must be empty or have one entry per face");
   if (input.finished != nullptr && input.border.empty())
@@ -167,8 +168,9 @@ TextureAtlas bake_atlas(const AtlasPlan& plan, const AtlasInput& given, const Pr
   if (aligns || levels) cuts = cut_places(given, state.neighbours);
   if (!alignment) {
     // No page is open yet.
-    alignment =
-        align_photos(given, state.neighbours, cuts, state.options.align, std::min(options.page_bytes, kMatchBytes));
+    const std::size_t bytes = std::min(options.page_bytes, kMatchBytes);
+    alignment = aligns ? fit_alignment(given.scene, match_photos(given, state.neighbours, cuts, bytes))
+                       : AlignmentFit{{given.alignment.begin(), given.alignment.end()}, {}};
     keep_alignment(options.kept, *alignment);
   }
   statistics.alignment = alignment->statistics;

@@ -121,8 +121,7 @@ struct ViewExposure {
   double k1 = 0, k2 = 0;                                   ///< equal for all views of a camera
 };
 GPVC_MEMBERS(ViewExposure, gain, centre_x, centre_y, inverse_radius2, k1, k2)
-/// True if it makes a colour of every colour: all numbers are finite, the gains above 0 and at most 2.5, the radius no
-/// negative one.
+/// True if the exposure can be applied: all numbers are finite, the gains above 0 and at most 2.5, inverse_radius2 >= 0.
 bool is_sound(const ViewExposure& exposure);
 
 /// The samples of a finished page, of its image's size.
@@ -141,7 +140,7 @@ struct TextureAtlas {
   std::vector<std::uint32_t>
       face_chart;                      ///< per face, the number of its chart; AtlasStatistics::charts or more: border
   std::vector<ViewExposure> exposure;  ///< per view, as leveling has fitted or taken it; empty without leveling
-  std::vector<ShiftField> alignment;   ///< per view, as fitted or taken; empty where photos fit each other without
+  std::vector<ShiftField> alignment;   ///< per view, as fitted or taken; empty with PhotoAlignment::none
 };
 
 /// The texture of an earlier result of the same mesh and views, of which a part is made anew.
@@ -161,7 +160,7 @@ struct AtlasInput {
   const labeling::FaceGraph& graph;
   std::span<const ViewId> labels;           ///< per face; kNoView: unseen
   std::span<const labeling::FaceTag> tags;  ///< per face
-  /// Of partial faces: the views that may contribute texels. Of others: the views to blend; no table: nothing is blended.
+  /// Of partial faces: the views that may contribute texels. Of others: the views to blend. Of all faces, which may have none.
   const labeling::CostTable& candidates;
   const visibility::CoverageTable& coverage;  ///< which pixels of those views see the partial faces
   /// Per face, 1 for faces of the border: neighbours of the faces to be textured, which get no texels and no texture
@@ -184,7 +183,7 @@ struct AtlasInput {
   /// match_photos. Each must be sound. Empty: fitted, with PhotoAlignment::local.
   std::span<const ShiftField> alignment = {};
   /// Not null: where the faces lie on pages, which are of given sizes. Each face shows its photo there; texels belong to the face
-  /// whose middle or, where none has it, whose rim is there, of several to one that is seen whole. Faces without texture
+  /// which has its middle or, where none has it, touches it; of several to one that is seen whole. Faces without texture
   /// coordinates, or with such that have no area, take part in leveling alone. Not with `tile` or `finished`, nor with limits of
   /// pages, texels and texel sizes.
   const io::UvLayout* layout = nullptr;

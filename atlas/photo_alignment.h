@@ -33,7 +33,7 @@ struct PhotoMatch {
   bool operator==(const PhotoMatch&) const = default;
 };
 GPVC_MEMBERS(PhotoMatch, views, at, shift, information, second_from_first)
-/// True of numbers that a comparison of two of the scene's photos may give.
+/// True if the match can come from match_photos(): views of the scene, finite numbers, an information matrix that is not negative.
 bool is_sound(const PhotoMatch& match, const Scene& scene);
 
 /// True of a field that a fit may give: two columns and rows at least, and shifts of 16 pixels at most; or none.
@@ -67,7 +67,7 @@ GPVC_MEMBERS(CutMisfit::Place, face, px)
 GPVC_MEMBERS(CutMisfit, places, matched, median_px, px_90, unaligned_median_px, unaligned_px_90, where)
 
 struct AlignmentFit {
-  std::vector<ShiftField> fields;  ///< one a view; empty where they would explain no more than noise does
+  std::vector<ShiftField> fields;  ///< one a view, all without nodes where they would explain no more than noise does
   AlignmentStatistics statistics;
 };
 

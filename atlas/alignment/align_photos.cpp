@@ -4,14 +4,6 @@
 
 namespace gpvc::atlas {
 
-AlignmentFit align_photos(const AtlasInput& input, const FaceNeighbours& neighbours, const CutPlaces& cuts,
-                          PhotoAlignment mode, std::size_t bytes) {
-  AlignmentFit fit;
-  fit.fields.assign(input.alignment.begin(), input.alignment.end());
-  if (!fit.fields.empty() || mode == PhotoAlignment::none) return fit;
-  return fit_alignment(input.scene, match_photos(input, neighbours, cuts, bytes));
-}
-
 Scene aligned_scene(const Scene& scene, std::span<const ShiftField> fields) {
   Scene aligned = scene;
   for (std::size_t v = 0; v < fields.size(); ++v) aligned.views[v].camera.distortion.aligned = fields[v];

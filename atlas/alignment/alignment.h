@@ -19,15 +19,11 @@ std::vector<PhotoMatch> match_photos(const AtlasInput& input, const FaceNeighbou
 /// More would hardly save a fetch.
 inline constexpr std::size_t kMatchBytes = std::size_t{75} << 20;
 
-/// The input's, or what is fitted to the matches of its photos. \pre input.alignment is empty or has one field a view
-AlignmentFit align_photos(const AtlasInput& input, const FaceNeighbours& neighbours, const CutPlaces& cuts,
-                          PhotoAlignment mode, std::size_t bytes);
-
 /// The scene as the fields have it. \param fields empty, or one a view
 Scene aligned_scene(const Scene& scene, std::span<const ShiftField> fields);
 
-/// How much less far apart two photos of the scene are at a place by their fields: what they were apart without is what they are
-/// with them, and this. In pixels of the reference's frame; (0, 0) where either does not show the place's plane.
+/// What the shift fields have removed of the shift between two photos at a place: the shift without fields is that with them plus
+/// this. In pixels of the reference's frame; (0, 0) where either does not show the place's plane.
 std::array<double, 2> shift_by_fields(const AtlasInput& input, const SurfacePlace& place, ViewId other);
 
 /// Row-major; nullopt where a view shows so little of what the other shows that the shift between both is not known.

@@ -14,8 +14,8 @@ struct CutPlaces {
 };
 
 /// Places on edges between faces of different views, of which the one with the lower number is the reference: 16 pixels apart, and of
-/// very many some thousands all over the mesh. Not where a face has its texture already; each between parts of a mesh that have each
-/// other's faces in their borders belongs to one of them. The same however photos are aligned. O(pairs of faces log pairs), TBB.
+/// very many some thousands all over the mesh. Edges of finished faces are left out. An edge between two parts of a mesh, which
+/// have each other's faces in their borders, is taken by the part that has the face with the lower number. The same however photos are aligned. O(pairs of faces log pairs), TBB.
 CutPlaces cut_places(const AtlasInput& input, const FaceNeighbours& neighbours);
 
 }  // namespace gpvc::atlas

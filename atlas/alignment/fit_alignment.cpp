@@ -283,6 +283,7 @@ class Fit {
 
   AlignmentFit fit() const {
     AlignmentFit result;
+    result.fields.resize(grids_.size());
     AlignmentStatistics& statistics = result.statistics;
     statistics.matches = matches_.size();
     if (!gains(statistics)) return result;

@@ -40,8 +40,8 @@ struct PatchShift {
   double correlation = 0;  ///< of both, once shifted
 };
 
-/// What texture tells of the length of (x, y), px: the whole of it where there is detail in all directions, the part across where
-/// there is an edge alone. Directions that are known to a quarter of a pixel or better count in full.
+/// The length of the shift (x, y), px, each direction weighted by how well the texture fixes it: 1 if to a quarter of a pixel or
+/// better, 0 along a straight edge.
 double misfit(double x, double y, const std::array<double, 3>& information);
 
 /// True if brightness changes by more than the noise of photos (kPhotoNoise) from one sample to the next along some direction, in

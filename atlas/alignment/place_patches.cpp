@@ -19,9 +19,10 @@ std::array<ViewId, PlaceSurface::kViews> views_of(const ComparedPlace& place) {
 }
 
 /// Which of the first `count` views show the grid's faces whole, but for a tenth of its points.
-template <std::size_t kViews>
-std::array<bool, kViews> showing(const AtlasInput& input, const SurfaceGrid& grid,
-                                 const std::array<ViewId, kViews>& views, std::size_t count) {
+std::array<bool, PlaceSurface::kViews> showing(const AtlasInput& input, const SurfaceGrid& grid,
+                                               const std::array<ViewId, PlaceSurface::kViews>& views,
+                                               std::size_t count) {
+  constexpr std::size_t kViews = PlaceSurface::kViews;
   std::array<std::size_t, kViews> points{};
   std::array<bool, kViews> sees{};
   std::uint32_t before = kNoOwner;

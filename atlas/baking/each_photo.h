@@ -32,7 +32,7 @@ inline std::size_t photos_ahead() {
   return static_cast<std::size_t>(std::clamp(tbb::this_task_arena::max_concurrency(), 1, kMost));
 }
 
-/// A photo source that keeps some photos has the last ones of the pass before: passes in turns make most of them.
+/// A source that caches photos still holds the last ones of the previous pass. Passes in alternating directions meet them first.
 enum class PhotoOrder { ascending, descending };
 
 /// How many views have work.

@@ -25,13 +25,14 @@ struct Holes {
   std::vector<std::array<std::uint32_t, 2>> edges;  ///< of each face, so inner edges are listed twice
 };
 
-/// Mean of the filled texels around a position; nullopt where there is none.
-std::optional<Color> color_around(const Page& page, std::size_t layer, const TexelPoint& p) {
+/// Mean of the chart's filled texels around a position; nullopt where there is none. Charts of a given layout may touch others.
+std::optional<Color> color_around(const Page& page, std::uint32_t chart, std::size_t layer, const TexelPoint& p) {
   ColorMean mean;
   const int x0 = static_cast<int>(std::floor(p.x)), y0 = static_cast<int>(std::floor(p.y));
   for (int y = std::max(0, y0 - 1); y <= std::min(page.image.height - 1, y0 + 1); ++y) {
     for (int x = std::max(0, x0 - 1); x <= std::min(page.image.width - 1, x0 + 1); ++x) {
-      if (page.state[page.at(x, y)] != TexelState::empty) mean.add(page.color(layer, x, y));
+      if (page.owner(x, y) == chart && page.state[page.at(x, y)] != TexelState::empty)
+        mean.add(page.color(layer, x, y));
     }
   }
   return mean.mean();
@@ -206,10 +207,12 @@ void HoleFiller::look_at_borders() {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size()), [&](const auto& some) {
       for (std::size_t n = some.begin(); n < some.end(); ++n) {
         const std::size_t face = corners_[n] / 3;
-        const ChartPlace& place = build_.places[build_.set.face_chart[face]];
+        const std::uint32_t chart = build_.set.face_chart[face];
+        const ChartPlace& place = build_.places[chart];
         const Page& page = build_.pages[place.page];
         if (page.is_open())
-          layers_[layer].border[n] = color_around(page, layer, place.point(build_.set.corners[face][corners_[n] % 3]));
+          layers_[layer].border[n] =
+              color_around(page, chart, layer, place.point(build_.set.corners[face][corners_[n] % 3]));
       }
     });
   }

@@ -107,7 +107,7 @@ class PageBaker {
   /// Opens the pages of a group with the texels that photos give them. False if another run had painted them.
   bool paint(const PageGroup& group, const Progress& progress) {
     if (group.kept && take_kept(group)) return false;
-    if (group.kept) ++to_paint_;  // their files are damaged
+    if (group.kept) ++to_paint_;  // the kept file is damaged: painted again
     tbb::parallel_for(group.first, group.end, [&](std::uint32_t p) { build_.open(p); });
     bake_charts(group, progress);
     return true;
@@ -192,7 +192,7 @@ class PageBaker {
       }
       for (PartialChart& part : choose_sources(build_.input, build_.options, build_.set, build_.coverage,
                                                charts.subspan(first, end - first))) {
-        left -= std::min(left, part.bytes());
+        left -= std::min(left, part.bytes(build_.painting.layers() - 1));
         batch.push_back(std::move(part));
       }
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
@@ -141,7 +142,7 @@ void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit
     const int steps = 1 + static_cast<int>(std::ceil(length));
     for (int s = 0; s <= steps; ++s) {
       const double t = double(s) / steps;
-      visit(mix(edge.here, t), build.places[beside].page, build.places[beside].point(mix(edge.there, t)));
+      visit(mix(edge.here, t), beside, build.places[beside].point(mix(edge.there, t)));
     }
   };
   for (const auto face : build.set.charts[chart].faces)
@@ -173,10 +174,11 @@ void for_finished_places(const AtlasBuild& build, std::uint32_t chart, std::size
     }
 }
 
-/// The index of the texel at a place.
-std::size_t texel_at(const Page& page, const TexelPoint& p) {
-  return page.at(std::clamp(static_cast<int>(p.x), 0, page.image.width - 1),
-                 std::clamp(static_cast<int>(p.y), 0, page.image.height - 1));
+/// The index of the chart's texel at a place; nullopt where it is another chart's, as charts of a given layout may touch.
+std::optional<std::size_t> texel_at(const Page& page, std::uint32_t chart, const TexelPoint& p) {
+  const int x = std::clamp(static_cast<int>(p.x), 0, page.image.width - 1);
+  const int y = std::clamp(static_cast<int>(p.y), 0, page.image.height - 1);
+  return page.owner(x, y) == chart ? std::optional(page.at(x, y)) : std::nullopt;
 }
 
 }  // namespace
@@ -243,19 +245,19 @@ void PartialFiller::look_beside(std::uint32_t chart) {
   Beside& kept = beside_[chart];
   const std::size_t later = build_.painting.layers() - 1;
   std::size_t n = 0;
-  for_border_places(build_, chart, [&](const TexelPoint&, std::uint32_t number, const TexelPoint& there) {
+  for_border_places(build_, chart, [&](const TexelPoint&, std::uint32_t beside, const TexelPoint& there) {
     if (n == kept.known.size()) {
       kept.known.push_back(0);
       kept.rgb.emplace_back();
       kept.samples.resize(kept.samples.size() + later);
     }
     const std::size_t place = n++;
-    const Page& other = build_.pages[number];
+    const Page& other = build_.pages[page(beside)];
     if (kept.known[place] != 0 || !other.is_open()) return;
-    const std::size_t at = texel_at(other, there);
-    if (other.state[at] == TexelState::empty) return;
-    std::copy_n(other.image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * at), 3, kept.rgb[place].begin());
-    for (std::size_t l = 0; l < later; ++l) kept.samples[place * later + l] = other.layer(l + 1).at(at);
+    const std::optional<std::size_t> at = texel_at(other, beside, there);
+    if (!at || other.state[*at] == TexelState::empty) return;
+    std::copy_n(other.image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * *at), 3, kept.rgb[place].begin());
+    for (std::size_t l = 0; l < later; ++l) kept.samples[place * later + l] = other.layer(l + 1).at(*at);
     kept.known[place] = 1;
   });
 }

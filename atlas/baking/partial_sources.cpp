@@ -457,10 +457,10 @@ std::span<const TexelShares> PartialChart::shares_of(ViewId view) const {
   return shares[static_cast<std::size_t>(found - views.begin())];
 }
 
-std::size_t PartialChart::bytes() const {
+std::size_t PartialChart::bytes(std::size_t later_layers) const {
   return sizeof(PartialChart) + sources.capacity() * sizeof(TexelSource) + views.capacity() * sizeof(std::uint32_t) +
          shares.items.capacity() * sizeof(TexelShares) + shares.first.capacity() * sizeof(std::size_t) +
-         blended.capacity() * sizeof(BlendedTexel) + known.capacity() / 8;
+         blended.capacity() * (sizeof(BlendedTexel) + later_layers * sizeof(Color)) + known.capacity() / 8;
 }
 
 namespace {

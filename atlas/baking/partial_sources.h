@@ -54,9 +54,9 @@ struct TexelSource {
 /// How well the source shows the place at (x, y) of its chart.
 Sight sight_at(const TexelSource& source, const visibility::CoverageTable& table, double x, double y);
 
-/// Places x of a row of a chart, from `low` to `high`, that a source has so far inside the face's outline that the pixel around
-/// them decides: its centre, up to half a pixel away along both axes, lies inside as well. A hundredth of a pixel more, far
-/// above what rounding moves positions by, is left.
+/// The part of a chart's row, from `low` to `high`, whose places lie so deep in the face's outline, in the view, that the centre of
+/// their own pixel does, too. There the coverage of that pixel answers; near the outline one has to search. Deep is 0.51 px: half a
+/// pixel along both axes, and a hundredth for rounding.
 struct InnerRow {
   double low = 1, high = 0;
   bool has(double x) const { return low <= x && x <= high; }
@@ -116,7 +116,8 @@ struct PartialChart {
     const std::size_t layers = blended.empty() ? 0 : layer_sums.size() / blended.size();
     return std::span(layer_sums).subspan(entry * layers, layers);
   }
-  std::size_t bytes() const;
+  /// With the sums of so many layers after the first.
+  std::size_t bytes(std::size_t later_layers) const;
 };
 
 /// The charts of kind partial and flat, ascending.

@@ -11,8 +11,8 @@
 
 namespace gpvc::atlas {
 
-/// Looks at a vertex of every kSampled-th face of a part of a plain chart. There the range of coarse colours of all photos that are
-/// blended, with their exposure corrected, is held against the coarse colour that the texture gets from leveling and blending. Fine
+/// Looks at a vertex of every kSampled-th face of a part of a plain chart. There it tests whether the coarse colour that the texture
+/// gets from leveling and blending lies in the range of the coarse colours of all photos that are blended, their exposure corrected. Fine
 /// detail is left out on both sides: it comes from one photo as it is.
 class ColorHulls {
  public:

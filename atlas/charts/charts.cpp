@@ -18,8 +18,6 @@ namespace gpvc::atlas {
 
 namespace {
 
-enum class FaceUse : std::uint8_t { plain, partial, flat, unseen, border };
-
 /// Edge, in world units, of a pixel projected onto the faces: the root of their area in the world over that in the
 /// frame; zero if either is. `corners` are frame positions.
 double pixel_size(const Mesh& mesh, std::span<const std::uint32_t> faces, std::span<const TexelTriangle> corners) {
@@ -77,51 +75,51 @@ class ChartMaker {
     choose_scales();
     add_plain();
     add_partial();
-    for (const auto face : faces_of(FaceUse::flat)) add_flat(face);
+    for (const auto face : faces_of(ChartKind::flat)) add_flat(face);
     add_unseen();
     result_.placed = result_.charts.size();
-    for (auto& part : connected_parts(faces_of(FaceUse::border)))
+    for (auto& part : connected_parts(faces_of(ChartKind::border)))
       add_projected(ChartKind::border, part_of(std::move(part)), 1, next_chart());
     return std::move(result_);
   }
 
  private:
-  FaceUse use_of(std::size_t face, TexelTriangle& corners) const {
+  ChartKind use_of(std::size_t face, TexelTriangle& corners) const {
     std::array<double, 3> depths{};
-    const FaceUse use = use_of_projection(face, corners, depths);
+    const ChartKind use = use_of_projection(face, corners, depths);
     if (!input_.border.empty() && input_.border[face]) {
-      if (use == FaceUse::flat) corners = {};
-      return FaceUse::border;
+      if (use == ChartKind::flat) corners = {};
+      return ChartKind::border;
     }
-    const bool projected = use == FaceUse::plain || use == FaceUse::partial;
-    return projected && bend(corners, depths) > kMostBend ? FaceUse::flat : use;
+    const bool projected = use == ChartKind::plain || use == ChartKind::partial;
+    return projected && bend(corners, depths) > kMostBend ? ChartKind::flat : use;
   }
 
-  FaceUse use_of_projection(std::size_t face, TexelTriangle& corners, std::array<double, 3>& depths) const {
+  ChartKind use_of_projection(std::size_t face, TexelTriangle& corners, std::array<double, 3>& depths) const {
     const ViewId label = input_.labels[face];
-    if (!has_view(input_, face)) return FaceUse::unseen;
+    if (!has_view(input_, face)) return ChartKind::unseen;
     const View& view = input_.scene.views[index(label)];
     for (std::size_t i = 0; i < 3; ++i) {
       const auto& position = input_.mesh.positions[input_.mesh.faces[face][i]];
       const CameraPoint p = camera_from_world(view.pose, position);
-      if (!(p.z > 0)) return FaceUse::flat;
+      if (!(p.z > 0)) return ChartKind::flat;
       const PixelPoint q = pixel_from_camera(view.camera, p);
       // A partial face may reach far beyond the image, where its texels would be sized by a view that does not see
       // them. Beyond one image size in any direction the face gets a parametrization of its own.
       const double w = view.camera.width, h = view.camera.height;
-      if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return FaceUse::flat;
+      if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return ChartKind::flat;
       corners[i] = {q.x, q.y};
       depths[i] = p.z;
     }
-    if (input_.tags[face] != labeling::FaceTag::partial) return FaceUse::plain;
-    return is_grazing(corners, input_.mesh, face) ? FaceUse::flat : FaceUse::partial;
+    if (input_.tags[face] != labeling::FaceTag::partial) return ChartKind::plain;
+    return is_grazing(corners, input_.mesh, face) ? ChartKind::flat : ChartKind::partial;
   }
 
   /// Connected faces of one view get the same scale, so that they can share charts.
   void choose_scales() {
     std::vector<std::uint32_t> projected;
     for (std::uint32_t face = 0; face < uses_.size(); ++face)
-      if (uses_[face] == FaceUse::plain || uses_[face] == FaceUse::partial) projected.push_back(face);
+      if (uses_[face] == ChartKind::plain || uses_[face] == ChartKind::partial) projected.push_back(face);
     if (options_.texel_size > 0 || reduction_ < 1) {
       for (const auto& part : connected_parts(projected)) {
         const double scale =
@@ -134,7 +132,7 @@ class ChartMaker {
       for (auto& p : result_.corners[face]) p = {scales_[face] * p.x, scales_[face] * p.y};
       FrameBox box;
       box.add(result_.corners[face]);
-      if (uses_[face] == FaceUse::partial && !fits(box)) uses_[face] = FaceUse::flat;
+      if (uses_[face] == ChartKind::partial && !fits(box)) uses_[face] = ChartKind::flat;
     });
   }
 
@@ -162,7 +160,7 @@ class ChartMaker {
 
   void add_plain() {
     std::vector<FramePart> parts;
-    for (auto& part : connected_parts(faces_of(FaceUse::plain))) split(std::move(part), parts);
+    for (auto& part : connected_parts(faces_of(ChartKind::plain))) split(std::move(part), parts);
     // A texel of fully seen faces has the photo's colour whichever of them it belongs to.
     add_merged(ChartKind::plain, TexelSharing::allowed, std::move(parts));
   }
@@ -237,7 +235,7 @@ class ChartMaker {
   /// therefore grows over neighbours only as long as no texel centre is covered twice.
   void add_partial() {
     std::vector<FramePart> parts;
-    for (const auto face : faces_of(FaceUse::partial)) {
+    for (const auto face : faces_of(ChartKind::partial)) {
       if (taken_[face]) continue;
       auto faces = grow_without_overlap(face);
       std::sort(faces.begin(), faces.end());
@@ -265,7 +263,8 @@ class ChartMaker {
     taken_[seed] = 1;
     try_add(seed);
     return flood(neighbours_, seed, [&](std::uint32_t other) {
-      if (taken_[other] || uses_[other] != FaceUse::partial || refused.contains(other) || !may_share_chart(other, seed))
+      if (taken_[other] || uses_[other] != ChartKind::partial || refused.contains(other) ||
+          !may_share_chart(other, seed))
         return false;
       if (try_add(other))
         taken_[other] = 1;
@@ -292,11 +291,11 @@ class ChartMaker {
   /// Unseen faces, neighbours close to each other so that coarse mip levels mix similar colours.
   std::vector<std::uint32_t> unseen_in_order() {
     std::vector<std::uint32_t> order;
-    for (const auto seed : faces_of(FaceUse::unseen)) {
+    for (const auto seed : faces_of(ChartKind::unseen)) {
       if (taken_[seed]) continue;
       taken_[seed] = 1;
       const auto connected = flood(neighbours_, seed, [&](std::uint32_t other) {
-        return uses_[other] == FaceUse::unseen && !std::exchange(taken_[other], char{1});
+        return uses_[other] == ChartKind::unseen && !std::exchange(taken_[other], char{1});
       });
       order.insert(order.end(), connected.begin(), connected.end());
     }
@@ -333,7 +332,7 @@ class ChartMaker {
     }
   }
 
-  std::vector<std::uint32_t> faces_of(FaceUse use) const {
+  std::vector<std::uint32_t> faces_of(ChartKind use) const {
     std::vector<std::uint32_t> faces;
     for (std::uint32_t face = 0; face < uses_.size(); ++face)
       if (uses_[face] == use) faces.push_back(face);
@@ -356,7 +355,7 @@ class ChartMaker {
   const FaceNeighbours& neighbours_;
   double reduction_;
   int room_;  ///< texels of a page's edge left for a chart
-  std::vector<FaceUse> uses_;
+  std::vector<ChartKind> uses_;
   std::vector<double> scales_;  ///< per face, texels a frame pixel
   std::vector<char> taken_;     ///< per face, 1 if it is in a part of partial faces or in the order of unseen ones
   std::vector<std::uint32_t> group_;  ///< per face, which flood of connected_parts has marked it last

@@ -18,15 +18,15 @@ double quantile(std::vector<double>& values, double share) {
 
 }  // namespace
 
-CutMisfit CutPatches::measure() const {
+CutMisfit cut_misfit(const AtlasInput& input, const CutPlaces& cuts, const PlacePatches& patches) {
   CutMisfit result;
   std::vector<double> misfits, unaligned;
-  for (const PlaceComparison& one : patches_.compare()) {
+  for (const PlaceComparison& one : patches.compare()) {
     ++result.places;
     if (!one.shift) continue;
-    const ComparedPlace& place = places_[one.place];
+    const ComparedPlace& place = cuts.places[one.place];
     const PatchShift& shift = *one.shift;
-    const auto [x, y] = shift_by_fields(*input_, place.on, place.others[one.other]);
+    const auto [x, y] = shift_by_fields(input, place.on, place.others[one.other]);
     misfits.push_back(misfit(shift.x, shift.y, shift.information));
     result.where.push_back({FaceId{place.on.face}, static_cast<float>(misfits.back())});
     unaligned.push_back(misfit(shift.x + x, shift.y + y, shift.information));

@@ -15,8 +15,8 @@ namespace gpvc::atlas {
 /// InventedColor::kTolerance is twice as much: half of it is left to what lies between vertices.
 inline constexpr float kOffsetTolerance = InventedColor::kTolerance / 2;
 
-/// Between what, channel by channel, all that is added to an exposed colour leaves the coarse colour of a place, blended, in the
-/// range of those of all photos that are blended there, their exposure corrected, or beyond it by at most kOffsetTolerance.
+/// Per channel, the range for the sum of offset and strip. Within it, the blended coarse colour of a place stays between the darkest
+/// and the brightest coarse colour that the blended photos show there, their exposure corrected, give or take kOffsetTolerance.
 /// `most` may be below 0, and `least` above: what blending does beyond the range is its own.
 struct AddedRange {
   Color least, most;

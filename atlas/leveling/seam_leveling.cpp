@@ -205,13 +205,13 @@ LevelingResult level_seams(const AtlasInput& input, const ChartSet& set, const C
   if (mode == SeamLeveling::none) return result;
   std::vector<SeamEdge> edges = find_seams(input);
   SeamBlend blend(input, blending, edges);
-  CutPatches patches(input, cuts);
+  PlacePatches patches(input, cuts.places, {}, cuts.surfaces);
   OverlapRatios overlaps(input);
   SeamSamples seams = sample_seams(input, coverage, std::move(edges), {&blend, &patches, &overlaps});
-  result.statistics.cuts = patches.measure();
+  result.statistics.cuts = cut_misfit(input, cuts, patches);
   result.statistics.step_before = mean_step(seams);
   result.statistics.misfit_before = mean_misfit(seams);
-  if (seams.edges.empty() && input.exposure.empty()) return result;
+  if (seams.edges.empty() && input.exposure.empty() && color_ratios(input, seams, overlaps).empty()) return result;
   Leveler leveler(input, set, blending, seams, blend, overlaps);
   result.correction = leveler.level(mode);
   result.statistics.misfit_exposed = leveler.misfit_exposed();

@@ -7,10 +7,10 @@
 #include <memory>
 #include <utility>
 
+#include "atlas/alignment/place_patches.h"
 #include "atlas/baking/each_photo.h"
 #include "atlas/blending/coarse_photo.h"
 #include "atlas/blending/seam_blend.h"
-#include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/overlap_ratios.h"
 #include "io/provided_memory.h"
@@ -64,7 +64,7 @@ class Sampler {
  public:
   Sampler(const AtlasInput& input, const CoverageIndex& coverage) : input_(input), coverage_(coverage) {}
 
-  SeamSamples sample(std::vector<SeamEdge> edges, const TakenBeside& beside) {
+  SeamSamples sample(std::vector<SeamEdge> edges, const AlsoSampled& others) {
     result_.edges = std::move(edges);
     const std::size_t count =
         result_.edges.empty() ? 0 : result_.edges.back().first_sample + result_.edges.back().samples;
@@ -77,19 +77,19 @@ class Sampler {
         if (!is_finished(input_, edge.faces[side]))
           work[index(input_.labels[edge.faces[side]])].sides.emplace_back(&edge, side);
     for (std::uint32_t view = 0; view < work.size(); ++view) {
-      work[view].blends = beside.blend != nullptr && beside.blend->needs(ViewId{view});
-      work[view].cuts = beside.cuts != nullptr && beside.cuts->needs(ViewId{view});
-      work[view].overlaps = beside.overlaps != nullptr && beside.overlaps->needs(ViewId{view});
+      work[view].blends = others.blend != nullptr && others.blend->needs(ViewId{view});
+      work[view].cuts = others.cuts != nullptr && others.cuts->needs(ViewId{view});
+      work[view].overlaps = others.overlaps != nullptr && others.overlaps->needs(ViewId{view});
     }
     const auto fetch = [this](ViewId id) { return input_.photos.coarse(id); };
     each_fetched(
         work, PhotoOrder::ascending, fetch, [&](ViewId id, std::shared_ptr<const Image>& means, const Work& mine) {
-          if (mine.cuts) beside.cuts->take(id, *means);
+          if (mine.cuts) others.cuts->take(id, *means);
           const CoarsePhoto photo(std::move(means));
           tbb::parallel_for(std::size_t{0}, mine.sides.size(),
                             [&](std::size_t i) { sample_side(*mine.sides[i].first, mine.sides[i].second, id, photo); });
-          if (mine.blends) beside.blend->take(id, photo, result_.edges);
-          if (mine.overlaps) beside.overlaps->take(id, photo);
+          if (mine.blends) others.blend->take(id, photo, result_.edges);
+          if (mine.overlaps) others.overlaps->take(id, photo);
         });
     sample_finished();
     weigh();
@@ -187,8 +187,8 @@ std::vector<SeamEdge> find_seams(const AtlasInput& input) {
 }
 
 SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, std::vector<SeamEdge> edges,
-                         const TakenBeside& beside) {
-  return Sampler(input, coverage).sample(std::move(edges), beside);
+                         const AlsoSampled& others) {
+  return Sampler(input, coverage).sample(std::move(edges), others);
 }
 
 }  // namespace gpvc::atlas

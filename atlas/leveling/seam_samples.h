@@ -11,7 +11,7 @@
 
 namespace gpvc::atlas {
 
-class CutPatches;     // cut_misfit.h
+class PlacePatches;   // alignment/place_patches.h
 class OverlapRatios;  // overlap_ratios.h
 class SeamBlend;      // blending/seam_blend.h
 
@@ -42,9 +42,10 @@ struct SeamSamples {
 /// weight is this.
 inline constexpr float kDoubt = 0.05f;
 
-struct TakenBeside {
+/// Others that need the same coarse photos, and are given them in the same pass.
+struct AlsoSampled {
   SeamBlend* blend = nullptr;  ///< null, or made from the same edges
-  CutPatches* cuts = nullptr;
+  PlacePatches* cuts = nullptr;
   OverlapRatios* overlaps = nullptr;
 };
 
@@ -54,8 +55,7 @@ std::vector<SeamEdge> find_seams(const AtlasInput& input);
 /// Samples the edges that find_seams() finds. Fetches coarse photos, each at most once: strips and offsets need no fine detail,
 /// and its noise would count as a difference. A partial face is sampled only where its
 /// coverage shows it, so that no occluder's colour enters. O(edges + samples).
-/// \param beside take what they need on the way
 SeamSamples sample_seams(const AtlasInput& input, const CoverageIndex& coverage, std::vector<SeamEdge> edges,
-                         const TakenBeside& beside = {});
+                         const AlsoSampled& others = {});
 
 }  // namespace gpvc::atlas

@@ -29,8 +29,8 @@ namespace {
 
 using Logs = std::array<double, 3>;  ///< per channel
 
-/// Photos in a line over which seams tell their gains, and so many where the photos' own brightness is not known yet. Of 30, 8, 4 and 3,
-/// 4 is best or close to it by the colours of photos held out of three scenes, and by flights whose gains wander. Across a few photos,
+/// Errors of seams add up over so many photos in a row; beyond, the prior holds gains to the photos' own brightness. kWideReach: for
+/// the first rounds, which have no such prior. Of 30, 8, 4 and 3, 4 is best or close to it by the colours of photos held out of three scenes, and by flights whose gains wander. Across a few photos,
 /// the square root of their number, little adds up, and the reach is longer.
 constexpr double kReach = 4, kWideReach = 32;
 

@@ -3,7 +3,7 @@
 // Shapes are placed, large ones first, at the first free position (by row, then column) of the first page that has one,
 // in the quarter turn whose last row comes first. Small shapes thus fill the gaps that large ones leave. Several orders
 // and page widths are tried, and the packing with the fewest pages, then the fewest cells, is kept. Where one page is not
-// enough, shapes are placed by and by, in ascending order of rank, so that few ranks share a page.
+// enough, shapes are placed page by page, in ascending order of rank, so that few ranks share a page.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,8 @@
 // Baking onto places of faces that the input gives.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/atlas/atlas_scene.h"
 
 namespace gpvc::atlas {
@@ -293,6 +295,26 @@ TEST(GivenLayout, ContinuesColoursIntoUnseenFaces) {
   for_ground(atlas.pages[0], 4, [](const Color& c, double x, double y, int, int) {
     EXPECT_LT(worst(c, {static_cast<float>(40 + 40 * x), 90, 90}), 14) << x << " " << y;
   });
+}
+
+// Columns of the ground lie on the page as 0, 2, 1, 3, without a texel between them.
+TEST(GivenLayout, ContinuesNoColoursOfIslandsThatTouch) {
+  const Color red{200, 40, 40}, blue{40, 40, 200};
+  GivenLayoutScene s(4, [&](double x, double) { return x < 2 ? red : blue; });
+  for (const std::size_t face : {8u, 9u, 16u, 17u}) s.leave_unseen(face);  // in the middle of column 0
+  LayoutMaker made(s.mesh.faces.size(), 128, 128);
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const std::size_t column = f / 2 % 4;
+    const double slot = std::array{0.0, 2.0, 1.0, 3.0}[column];
+    made.put(s.mesh, f, [&](const WorldPoint& p) {
+      return io::TexCoord{static_cast<float>((slot + p.x - static_cast<double>(column)) / 4),
+                          static_cast<float>(1 - p.y / 4)};
+    });
+  }
+  const TextureAtlas atlas = s.bake(made.layout);
+  EXPECT_EQ(atlas.statistics.filled_faces, 4u);
+  for (int y = 0; y < 128; ++y)
+    for (int x = 0; x < 32; ++x) EXPECT_LT(worst(load(atlas.pages[0].at(x, y)), red), 5) << x << " " << y;
 }
 
 /// All pixels of a view that see a face, except those in a strip of the ground.

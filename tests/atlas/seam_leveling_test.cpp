@@ -352,6 +352,35 @@ TEST(SeamLeveling, OverlapsTellAFallOffThatSeamsDoNot) {
   EXPECT_NEAR(brightened(true), 1 / 0.85, 0.02);
 }
 
+// As in a mesh of a format that shares none.
+TEST(SeamLeveling, FacesThatShareNoVertexGetThePhotosGains) {
+  AtlasScene s;
+  s.add_plane(12, 12, 0.5);
+  Mesh soup;
+  for (const Triangle& face : s.mesh.faces) {
+    const auto first = static_cast<std::uint32_t>(soup.positions.size());
+    for (const std::uint32_t v : face) soup.positions.push_back(s.mesh.positions[v]);
+    soup.faces.push_back({first, first + 1, first + 2});
+  }
+  s.mesh = std::move(soup);
+  for (std::uint32_t v = 0; v < 2; ++v) {
+    s.add_view(2.5 + v, 3, 10, 500, 500, 500);
+    s.photograph(v, weak_waves, [&](int, int, Color c) { return (v == 0 ? 1.0f : 1.25f) * c; });
+  }
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    s.labels[f] = ViewId{point_at(s.mesh, f, 0.3, 0.3).x < 3 ? 0u : 1u};
+    for (const std::uint32_t v : {0u, 1u}) {
+      s.candidates.views.push_back(v);
+      s.candidates.costs.push_back(0);
+    }
+    if (f == 0) s.candidates.first.push_back(0);
+    s.candidates.first.push_back(s.candidates.views.size());
+  }
+  const TextureAtlas atlas = s.build(with(SeamLeveling::full));
+  ASSERT_EQ(atlas.exposure.size(), 2u);
+  EXPECT_NEAR(atlas.exposure[0].gain[1] / atlas.exposure[1].gain[1], 1.25, 0.03);
+}
+
 /// Photos of a flight of lines over a plane, and the ratios across the seams halfway between each photo and the next ones.
 struct Flight {
   static constexpr int kLines = 8, kInLine = 8;
