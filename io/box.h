@@ -18,7 +18,7 @@ struct Box {
   }
 };
 
-/// Of all positions, those without a face too.
+/// Of all positions, including those that no face uses.
 inline Box box_of(const Mesh& mesh) {
   Box box;
   for (const WorldPoint& p : mesh.positions) box.add(p);

@@ -43,7 +43,7 @@ class FileBytes {
 /// does.
 void read_pieces(const std::filesystem::path& file, const std::function<void(std::string_view bytes)>& take);
 
-/// A file that is read a part at a time and not held. Throws InputError as FileBytes does, but of what Git LFS leaves.
+/// A file that is read a part at a time and not held. Throws InputError as FileBytes does, except for a pointer of Git LFS.
 class FileParts {
  public:
   explicit FileParts(const std::filesystem::path& file);

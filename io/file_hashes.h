@@ -10,8 +10,8 @@
 
 namespace gpvc::io {
 
-/// What a file system tells of a file without reading it. A program can set the time of modification as it likes, not that
-/// of the last change of the file's entry. (Devices have other numbers on other machines.)
+/// What a file system tells of a file without reading it. Programs can set the time of modification to anything, but not
+/// that of the last change of the file's entry (ctime). (Devices have other numbers on other machines.)
 struct FileState {
   std::uint64_t inode = 0, bytes = 0;
   std::int64_t modified_ns = 0, changed_ns = 0;  ///< since 1970
@@ -28,9 +28,9 @@ struct HashedFile {
   std::int64_t hashed_ns = 0;  ///< when, since 1970
   WorkKey hash;
 
-  /// False if the file was changed shortly before it was hashed: a later change might have the same times then, which count in
+  /// True if an equal state now means equal bytes. False if the file was changed shortly before it was hashed: a later change might have the same times then, which count in
   /// steps of up to two seconds (FAT, old NFS), by clocks that differ between machines.
-  bool tells_changes() const;
+  bool proves_unchanged() const;
   bool operator==(const HashedFile&) const = default;
 };
 GPVC_MEMBERS(HashedFile, state, hashed_ns, hash)

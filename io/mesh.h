@@ -32,7 +32,7 @@ Mesh read_mesh(const std::filesystem::path& file);
 
 /// By the extension: a mesh whose y is up by its format.
 bool is_gltf(const std::filesystem::path& file);
-/// By the extension: .ply, .obj, .stl, .off, .glb or .gltf, which no scene has.
+/// True for the extensions of meshes: .ply, .obj, .stl, .off, .glb and .gltf. No format of scenes uses them.
 bool is_mesh_name(const std::filesystem::path& file);
 
 /// The files .ply and .obj in a folder, at any depth, by their paths: the tiles that ContextCapture, DJI Terra and others

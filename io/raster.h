@@ -48,7 +48,7 @@ struct RasterInfo {
 /// Writes a raster row by row, each row once. GDAL needs all of it to lay the file out: until finish(), pixels lie uncompressed in
 /// FILE.rows.tif, where empty areas take no space. That is gone afterwards, and so is FILE unless finish() has returned. All
 /// functions throw OutputError, the constructor also for what this GDAL cannot write.
-/// Programs that link the static libraries link gpvc::rasters, too.
+/// With static libraries, link gpvc::rasters as well.
 class RasterWriter {
  public:
   RasterWriter(std::filesystem::path file, const RasterInfo& info);

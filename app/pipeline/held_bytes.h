@@ -26,11 +26,11 @@ inline constexpr double kPhotoPixel = 3, kOwnerPixel = sizeof(FaceId);
 inline constexpr double kDrawnVertex = sizeof(CameraPoint) + sizeof(PixelPoint);
 /// A face while its view's statistics are summed: shape, sums of colours and gradients, and where they are.
 inline constexpr double kSummedFace = 100;
-/// Two views are in work: each has item buffer and photo, and one more photo is decoded. The factor is for the strip along
-/// silhouettes and the depths that are drawn.
 /// Two photos at a time are decoded. Where they have bands, each has its samples while only the picture is wanted, and its file in memory
 /// (PNG, EXR), or one band's file decoded beside them; most TIFFs take less.
 inline double decoding_pixel(const Workload& work) { return 2 * work.sample_bytes; }
+/// Two views are in work: each has item buffer and photo, and one more photo is decoded. The factor is for the strip along
+/// silhouettes and the depths that are drawn.
 inline double seen_pixel(const Workload& work) {
   return 1.53 * (2 * kOwnerPixel + 3 * kPhotoPixel) + 2 * decoding_pixel(work);
 }

@@ -85,9 +85,9 @@ struct MemoryPlan {
 /// more than its largest stage needs, and never more than default_memory_limit(). Throws MemoryError when the limit is too
 /// low.
 MemoryPlan plan_memory(const Input& input, const Settings& settings);
-/// The same of a run that only bakes an atlas, without a preview, and holds what views see of partial faces. A limit of
-/// `promised` bytes and more is not refused, though it may be exceeded: the plan that named it was made before the number of
-/// partial faces was known.
+/// The same of a run that only bakes an atlas, without a preview, and holds what views see of partial faces. Never
+/// refuses a limit of `promised` bytes or more, even if the run may exceed it: the plan that named it was made before the number
+/// of partial faces was known.
 MemoryPlan plan_baking(const Input& input, const Settings& settings, const visibility::CoverageTable& coverage,
                        double promised);
 /// The plan of a run that knows by now what views see of partial faces, and holds it while the atlas is baked. The limit

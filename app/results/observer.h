@@ -60,7 +60,7 @@ inline Progress part_of(const Progress& whole, std::size_t before, std::size_t t
 }
 
 /// `text` as it may be shown anywhere: control characters other than tabs and line ends, and bytes that are no UTF-8, which
-/// names from files may contain, as \\xNN.
+/// names from files may contain, as \xNN.
 std::string printable(const std::string& text);
 /// 1234567 as "1 234 567".
 std::string readable_count(std::size_t count);

@@ -33,8 +33,8 @@ struct StoredPhoto {
 /// u16 and floats.
 StoredPhoto read_stored(const std::filesystem::path& file, std::size_t bands = 0);
 
-/// Of what a file calls an alpha: the share of the pixels above 0 that have the largest value, or nearly; 1 where all are 0. An alpha
-/// leaves most of what it shows opaque, whatever number stands for that; the values of a band are spread. Throws InputError.
+/// Of what a file calls an alpha: the share of the pixels above 0 that have the largest value, or nearly; 1 where all are 0. Tells
+/// an alpha from a band: most visible pixels of an alpha have its largest value, whatever that is; a band's values vary. Throws InputError.
 double opaque_share(const std::filesystem::path& file);
 
 /// A view's photo before it is reduced, all bands of a pixel together.

@@ -61,7 +61,7 @@ std::unique_ptr<char[]> new_bytes(std::size_t bytes) { return std::make_unique_f
 /// Reads the file, of which `expected` bytes are known to be there. \param size how many there are
 std::unique_ptr<char[]> read_all(const std::filesystem::path& file, const Descriptor& descriptor, std::size_t expected,
                                  std::size_t& size) {
-  // One more tells that this was all. The next file of about this size can have the same block.
+  // One byte more, to see the end of the file. Rounded up, so that the allocator can reuse the block for the next file of this size.
   constexpr std::size_t kStep = 1 << 20;
   std::size_t room = expected < kStep ? expected + 1 : (expected / kStep + 1) * kStep;
   std::unique_ptr<char[]> bytes = new_bytes(room);

@@ -32,7 +32,7 @@ FileState file_state(const std::filesystem::path& file) {
           nanoseconds(found.st_ctim)};
 }
 
-bool HashedFile::tells_changes() const {
+bool HashedFile::proves_unchanged() const {
   return std::max(state.modified_ns, state.changed_ns) + 3 * kSecond < hashed_ns;
 }
 
@@ -42,7 +42,7 @@ HashedFile FileHashes::look_at(const std::filesystem::path& file) const {
     const std::lock_guard lock(mutex_);
     if (const auto found = known_.find(file); found != known_.end()) known = found->second;
   }
-  if (known.tells_changes() && known.state == file_state(file)) return known;
+  if (known.proves_unchanged() && known.state == file_state(file)) return known;
   // The state before: a file that changes while it is read is in another one from then on.
   HashedFile now{file_state(file), now_ns(), {}};
   WorkHash hash;

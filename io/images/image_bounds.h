@@ -37,8 +37,8 @@ void check_jpeg(const ImageBytes& image);
 /// that are JPEGs as decode_jpeg() does; returns for other files. (LZW, PackBits and plain data tell nothing.) Throws InputError. O(bytes of pixels).
 void check_tiff(const ImageBytes& image);
 
-/// What zlib says of a stream that is damaged; empty for others. A stream of which the end is damaged may give all pixels, so that
-/// libtiff takes it, and then goes on beyond its last byte.
+/// What zlib says of a stream that is damaged; empty for others. libtiff accepts a stream with a damaged end if
+/// all pixels came out before it, and may read past the stream's last byte.
 std::string deflate_damage(std::string_view deflated);
 /// Throws InputError for it.
 [[noreturn]] void refuse_damage(const std::filesystem::path& file, std::uint64_t at, const std::string& damage);

@@ -169,7 +169,7 @@ void measure_disagreement(std::span<const ViewRecord> records, const PhotoColors
   samples.clear();
   for (std::size_t i = 0; i < records.size(); ++i) {
     FaceRecord& record = *records[i].record;
-    // What a photo has lost by being burnt out tells nothing where a darker one has it, and is the last to be taken.
+    // A burnt-out photo does not vote where a darker photo shows the face unclipped, and is chosen last.
     const bool lost = is_burnt_out(record) && has_darker_photo(records, records[i], colors);
     if (lost) record.quality = 0;
     samples.push_back({colors.rgb(records[i].view, record)});
