@@ -91,6 +91,7 @@ void bake_layer(const Run& run, const LayerPhotos& layer, const atlas::AtlasInpu
 }  // namespace
 
 void check_band_formats(const Run& run, std::span<const LayerPhotos> layers) {
+  check_band_format(run.input, run.settings.output);
   for (const LayerPhotos& layer : layers)
     check_band_format({layer.scene, run.input.mesh, run.input.views}, run.settings.output);
 }

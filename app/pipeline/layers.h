@@ -21,7 +21,7 @@ struct LayerPhotos {
   bool leveled = false;  ///< as the run's settings say, with blending; else the values stay those of the photos
 };
 
-/// Throws InputError for bands of a layer that the format cannot hold.
+/// check_band_format() of the run and of its layers.
 void check_band_formats(const Run& run, std::span<const LayerPhotos> layers);
 
 /// Throws InputError, which names the layer, where a used view of `layer` is not one of the run's: in its name or its size.

@@ -170,7 +170,6 @@ TexturedMesh texture(const Run& given) {
 
 TexturedFiles texture_into(const Run& run, OutputFolder& folder, std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
-  check_band_format(run.input, run.settings.output);
   check_band_formats(run, layers);
   const MemoryPlan memory = plan_memory(run.input, run.settings);
   try {

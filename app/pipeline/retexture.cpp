@@ -359,7 +359,6 @@ labeling::Reselection choose_again(const Earlier& earlier, const Settings& setti
 TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder,
                              std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
-  check_band_format(run.input, run.settings.output);
   check_band_formats(run, layers);
   look_at_layout(run);
   const Clock::time_point start = Clock::now();

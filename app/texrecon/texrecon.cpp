@@ -233,7 +233,7 @@ int run_command_line(int argc, char** argv) {
     complain(e.what());
     return kOutOfMemory;
   } catch (const std::filesystem::filesystem_error& e) {
-    complain(e.path1().string() + ": " + e.code().message());
+    complain(e.path1().empty() ? e.what() : e.path1().string() + ": " + e.code().message());
   } catch (const std::exception& e) {
     complain(e.what());
   }

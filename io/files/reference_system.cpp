@@ -26,11 +26,6 @@ using Object = std::unique_ptr<PJ, Frees<proj_destroy>>;
 using Objects = std::unique_ptr<PJ_OBJ_LIST, Frees<proj_list_destroy>>;
 using Factory = std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT, Frees<proj_operation_factory_context_destroy>>;
 
-std::string short_name(const std::string& system) {
-  constexpr std::size_t kMost = 60;
-  return quote(system.size() > kMost ? system.substr(0, kMost) + "..." : system);
-}
-
 // A system bound to WGS 84 by seven zeros (TOWGS84) is the system itself, which PROJ has more to say of.
 Object without_zero_shift(PJ_CONTEXT* context, Object system) {
   if (proj_get_type(system.get()) != PJ_TYPE_BOUND_CRS) return system;
@@ -54,7 +49,7 @@ Object object_from(PJ_CONTEXT* context, const std::string& text) {
 Object system_from(PJ_CONTEXT* context, const std::string& text, bool with_heights = true) {
   Object flat = object_from(context, text);
   if (!flat || !proj_is_crs(flat.get()))
-    throw Error(short_name(text) +
+    throw Error(quote(text) +
                 " is no coordinate reference system that PROJ knows: expected EPSG:NUMBER, a WKT or a "
                 "PROJ string");
   flat = without_zero_shift(context, std::move(flat));
@@ -153,12 +148,12 @@ std::optional<MissingGrid> missing_grid(const std::string& from, const std::stri
 std::string sentence_on(const MissingGrid& grid, const std::string& from, const std::string& to) {
   constexpr const char* kLeft = "leaves heights as they are, which may be wrong by 50 m";
   if (grid.name.empty())
-    return "PROJ knows no way for heights from " + short_name(from) + " to " + short_name(to) + " and " + kLeft +
+    return "PROJ knows no way for heights from " + quote(from) + " to " + quote(to) + " and " + kLeft +
            ": expected heights of a system that it knows one for, or, if they are above the ellipsoid, the system of "
            "the "
            "ground alone";
   const std::string without = grid.accuracy_m < 0 ? kLeft : "is right within " + shortest_text(grid.accuracy_m) + " m";
-  return "PROJ lacks the grid " + grid.name + " for the way from " + short_name(from) + " to " + short_name(to) +
+  return "PROJ lacks the grid " + grid.name + " for the way from " + quote(from) + " to " + quote(to) +
          ", and what it does without " + without + ": put the grid where PROJ looks for its files (" +
          (grid.address.empty() ? "" : grid.address + "; ") + "Debian's package proj-data holds many)";
 }
@@ -171,7 +166,7 @@ void transform_points(const std::string& from, const std::string& to, std::span<
   const Object source = system_from(context.get(), from, heights == HeightsAbove::own_ellipsoid),
                target = system_from(context.get(), to);
   const Object way = way_between(context.get(), source, target);
-  if (!way) throw Error("PROJ knows no way from " + short_name(from) + " to " + short_name(to));
+  if (!way) throw Error("PROJ knows no way from " + quote(from) + " to " + quote(to));
   if (points.empty()) return;
   if (has_own_heights(source) || has_own_heights(target))
     if (const auto grid = missing_grid_at(context.get(), source, target, points[0]); grid && grid->accuracy_m < 0)
@@ -184,7 +179,7 @@ void transform_points(const std::string& from, const std::string& to, std::span<
   if (bad == points.end()) return;
   const WorldPoint& p = before[static_cast<std::size_t>(bad - points.begin())];
   throw Error("the point (" + shortest_text(p.x) + ", " + shortest_text(p.y) + ", " + shortest_text(p.z) +
-              ") is none of " + short_name(from));
+              ") is none of " + quote(from));
 }
 
 namespace {
@@ -248,7 +243,7 @@ std::string system_wkt(const std::string& system) {
   const Object object = system_from(context.get(), system, false);
   const char* const options[] = {"MULTILINE=NO", nullptr};
   const char* wkt = proj_as_wkt(context.get(), object.get(), PJ_WKT2_2019, options);
-  if (wkt == nullptr) throw Error(short_name(system) + " has no definition as WKT");
+  if (wkt == nullptr) throw Error(quote(system) + " has no definition as WKT");
   return wkt;
 }
 

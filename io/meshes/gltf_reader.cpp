@@ -11,6 +11,7 @@
 #include "io/files/text_scan.h"
 #include "io/meshes/gltf_extensions.h"
 #include "io/meshes/gltf_unpack.h"
+#include "io/utf8.h"
 
 namespace gpvc::io {
 
@@ -122,7 +123,7 @@ std::string reason_of(const fs::path& file, std::string said) {
   }
   reason.erase(reason.find_last_not_of(" .:") + 1);
   constexpr std::size_t kLongest = 300;
-  return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + "...";
+  return reason.size() <= kLongest ? reason : std::string(whole_characters(reason, kLongest)) + "...";
 }
 
 tinygltf::Model parse_gltf(const fs::path& file) {
