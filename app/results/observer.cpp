@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "io/utf8.h"
+
 namespace gpvc::results {
 
 std::string readable_count(std::size_t count) {
@@ -23,21 +25,12 @@ std::string readable_count(std::size_t count) {
 std::string printable(const std::string& text) {
   std::string shown;
   for (std::size_t at = 0; at < text.size();) {
-    const auto byte = [&](std::size_t i) {
-      return i < text.size() ? static_cast<unsigned char>(text[i]) : static_cast<unsigned char>(0);
-    };
-    const unsigned first = byte(at);
-    // UTF-8: the first byte tells how many of 0x80 to 0xBF follow.
-    const std::size_t length = first < 0x80                    ? 1
-                               : first >= 0xC2 && first < 0xE0 ? 2
-                               : first >= 0xE0 && first < 0xF0 ? 3
-                               : first >= 0xF0 && first < 0xF5 ? 4
-                                                               : 0;
-    bool good = length > 0;
-    for (std::size_t i = 1; i < length; ++i) good = good && (byte(at + i) & 0xC0) == 0x80;
-    const bool control = (first < 0x20 && first != '\n' && first != '\t') || first == 0x7F ||
-                         (first == 0xC2 && byte(at + 1) < 0xA0);  // U+0080 to U+009F
-    if (good && !control) {
+    const std::size_t length = io::character_length(text, at);
+    const auto first = static_cast<unsigned char>(text[at]);
+    const bool control =
+        (first < 0x20 && first != '\n' && first != '\t') || first == 0x7F ||
+        (first == 0xC2 && length == 2 && static_cast<unsigned char>(text[at + 1]) < 0xA0);  // U+0080 to U+009F
+    if (length > 0 && !control) {
       shown += text.substr(at, length);
       at += length;
     } else {

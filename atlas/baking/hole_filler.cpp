@@ -25,13 +25,15 @@ struct Holes {
   std::vector<std::array<std::uint32_t, 2>> edges;  ///< of each face, so inner edges are listed twice
 };
 
-/// Mean of the chart's filled texels around a position; nullopt where there is none. Charts of a given layout may touch others.
+/// Mean of the chart's filled texels around a position; nullopt where there is none. Charts of a given layout may touch others,
+/// whose texels do not count, and lie over others, whose texels are then what the chart shows.
 std::optional<Color> color_around(const Page& page, std::uint32_t chart, std::size_t layer, const TexelPoint& p) {
   ColorMean mean;
   const int x0 = static_cast<int>(std::floor(p.x)), y0 = static_cast<int>(std::floor(p.y));
+  const bool has_own = page.owns_near(chart, x0, y0);
   for (int y = std::max(0, y0 - 1); y <= std::min(page.image.height - 1, y0 + 1); ++y) {
     for (int x = std::max(0, x0 - 1); x <= std::min(page.image.width - 1, x0 + 1); ++x) {
-      if (page.owner(x, y) == chart && page.state[page.at(x, y)] != TexelState::empty)
+      if ((!has_own || page.owner(x, y) == chart) && page.state[page.at(x, y)] != TexelState::empty)
         mean.add(page.color(layer, x, y));
     }
   }

@@ -1,6 +1,7 @@
 // Pages under construction, and the places of charts on them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -86,6 +87,13 @@ struct Page {
   std::uint32_t owner(int x, int y) const {
     const int shift = std::countr_zero(static_cast<unsigned>(block));
     return block_owner[pixel_index(x >> shift, y >> shift, image.width >> shift)];
+  }
+  /// Whether the chart has a texel at (x, y) or beside it.
+  bool owns_near(std::uint32_t chart, int x, int y) const {
+    for (int j = std::max(0, y - 1); j <= std::min(image.height - 1, y + 1); ++j)
+      for (int i = std::max(0, x - 1); i <= std::min(image.width - 1, x + 1); ++i)
+        if (owner(i, j) == chart) return true;
+    return false;
   }
   std::size_t at(int x, int y) const { return pixel_index(x, y, image.width); }
   /// The colour of a texel in one layer.

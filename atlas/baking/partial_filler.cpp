@@ -174,11 +174,13 @@ void for_finished_places(const AtlasBuild& build, std::uint32_t chart, std::size
     }
 }
 
-/// The index of the chart's texel at a place; nullopt where it is another chart's, as charts of a given layout may touch.
+/// The index of the chart's texel at a place; nullopt where it is another chart's. Charts of a given layout may touch others, and
+/// lie over others, whose texels are then what the chart shows.
 std::optional<std::size_t> texel_at(const Page& page, std::uint32_t chart, const TexelPoint& p) {
   const int x = std::clamp(static_cast<int>(p.x), 0, page.image.width - 1);
   const int y = std::clamp(static_cast<int>(p.y), 0, page.image.height - 1);
-  return page.owner(x, y) == chart ? std::optional(page.at(x, y)) : std::nullopt;
+  if (page.owner(x, y) != chart && page.owns_near(chart, x, y)) return std::nullopt;
+  return page.at(x, y);
 }
 
 }  // namespace

@@ -138,8 +138,10 @@ void find_by_name(SceneFile& scene, const std::vector<bool>& needed) {
 class BandIndex {
  public:
   explicit BandIndex(const BandFolder& band) : band_(band), index_(band.folder, true) {
+    std::set<fs::path> seen;  // a link may lead to a file a second time
     for (const fs::path& file : index_.files())
-      if (const auto name = band_file_name(file)) groups_.emplace(name->group, file);
+      if (const auto name = band_file_name(file); name && seen.insert(real_path(file)).second)
+        groups_.emplace(name->group, file);
   }
 
   /// Empty: there is none, or several.

@@ -1,6 +1,7 @@
 // Numbers out of text, the same in every locale.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <limits>
@@ -81,11 +82,20 @@ inline std::string lower_case(std::string_view word) {
   return text;
 }
 
-/// `word` in quotes and cut to a length fit for a message, between characters of UTF-8; control characters of ASCII as '?'.
+/// `word` in quotes and cut to a length fit for a message, between characters of UTF-8; control characters of ASCII, and bytes
+/// that are no UTF-8, as '?'.
 inline std::string quote(std::string_view word) {
   const std::string_view shown = whole_characters(word, 40);
   std::string text = "'";
-  for (const char c : shown) text += static_cast<unsigned char>(c) >= 0x20 && c != 0x7f ? c : '?';
+  for (std::size_t at = 0; at < shown.size();) {
+    const std::size_t length = character_length(shown, at);
+    const auto first = static_cast<unsigned char>(shown[at]);
+    if (length == 0 || first < 0x20 || first == 0x7f)
+      text += '?';
+    else
+      text += shown.substr(at, length);
+    at += std::max<std::size_t>(1, length);
+  }
   return text + (shown.size() < word.size() ? "...'" : "'");
 }
 

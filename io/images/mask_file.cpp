@@ -12,7 +12,6 @@
 #include "io/lens/spherical.h"
 #include "io/push_pull.h"
 #include "io/scenes/layers.h"
-#include "io/scenes/photo_index.h"
 
 namespace gpvc::io {
 namespace {
@@ -124,8 +123,10 @@ void refuse_shared_masks(const SceneFile& scene, std::span<const fs::path> state
 /// What a folder holds instead of masks: the end of a sentence.
 std::string held_instead(const fs::path& folder) {
   std::vector<std::string> names;
-  for (const fs::path& file : PhotoIndex(folder, true).files())
-    names.push_back(file.lexically_relative(folder).string());
+  std::error_code error;
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator at(folder, options, error), end; !error && at != end; at.increment(error))
+    if (is_file(at->path())) names.push_back(at->path().lexically_relative(folder).string());
   std::ranges::sort(names);
   return names.empty() ? ", it holds no file" : ", found " + names.front() + (names.size() > 1 ? " and the like" : "");
 }

@@ -93,13 +93,17 @@ LoadedModel read_textured_obj(const fs::path& file, const PageUse& use) {
   recut_concave(result.mesh, texture.corners);
   PageList pages(file, use);
   std::vector<std::uint32_t> page_of_material(texture.materials.size(), kNoPage);
-  std::vector<bool> clamped(texture.materials.size(), false);
+  std::vector<bool> clamped(texture.materials.size(), false), used(texture.materials.size(), false);
+  for (const std::uint32_t material : texture.material)
+    if (material < used.size()) used[material] = true;
   for (const ObjMaterial& material : read_materials(file, texture.libraries)) {
     // Libraries of materials are shared, and may name images that are not there for what this file does not use.
-    const auto used = texture.materials.find(material.name);
-    if (used == texture.materials.end() || page_of_material[used->second] != kNoPage) continue;
-    if (!material.image.empty()) page_of_material[used->second] = pages.page(material.image);
-    clamped[used->second] = material.clamped;
+    const auto found = texture.materials.find(material.name);
+    if (found == texture.materials.end()) continue;
+    const std::uint32_t number = found->second;
+    if (!used[number] || page_of_material[number] != kNoPage) continue;
+    if (!material.image.empty()) page_of_material[number] = pages.page(material.image);
+    clamped[number] = material.clamped;
   }
   const auto unused = static_cast<std::uint32_t>(texture.texcoords.size());
   result.model.texcoords = std::move(texture.texcoords);

@@ -317,6 +317,27 @@ TEST(GivenLayout, ContinuesNoColoursOfIslandsThatTouch) {
     for (int x = 0; x < 32; ++x) EXPECT_LT(worst(load(atlas.pages[0].at(x, y)), red), 5) << x << " " << y;
 }
 
+// The right half of the ground lies over the left one, turned about: texels around the hole are the left half's, those in it the
+// right half's, whose faces come first there.
+TEST(GivenLayout, ContinuesColoursThatAnIslandShowsWithAnother) {
+  const Color red{200, 40, 40}, blue{40, 40, 200};
+  GivenLayoutScene s(4, [&](double, double y) { return y > 0.4 && y < 3.6 ? red : blue; });
+  for (const std::size_t face : {14u, 15u, 16u, 17u}) s.leave_unseen(face);
+  LayoutMaker made(s.mesh.faces.size(), 128, 128);
+  for (std::size_t f = 0; f < s.mesh.faces.size(); ++f) {
+    const bool left = f / 2 % 4 < 2;
+    made.put(s.mesh, f, [&](const WorldPoint& p) {
+      const double x = left ? p.x : 4 - p.x, y = left ? p.y : 4 - p.y;
+      return io::TexCoord{static_cast<float>(x / 2), static_cast<float>(1 - y / 4)};
+    });
+  }
+  const TextureAtlas atlas = s.bake(made.layout);
+  EXPECT_EQ(atlas.statistics.filled_faces, 4u);
+  for_ground(atlas.pages[0], 4, [&](const Color& c, double, double y, int column, int row) {
+    if (y > 0.6 && y < 3.4) EXPECT_LT(worst(c, red), 5) << column << " " << row;
+  });
+}
+
 /// All pixels of a view that see a face, except those in a strip of the ground.
 void cover(GivenLayoutScene& s, std::uint32_t face, std::uint32_t v, double hidden_from, double hidden_to) {
   const View& view = s.scene.views[v];

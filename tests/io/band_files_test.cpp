@@ -195,6 +195,16 @@ TEST(BandFiles, InFoldersAreAddedToThePhotos) {
   EXPECT_TRUE(contains(input_error([&] { scene.read(options); }), "given for the band 'nir', which another folder"));
 }
 
+TEST(BandFiles, ThatALinkLeadsToOnceMoreAreOne) {
+  const BandScene scene({"IMG_0001_1.tif"});
+  scene.write_all(spread(1, SampleType::u16, 0, 60000));
+  test::write_tiff(scene.folder() / "nir" / "day 1" / "IMG_0001_2.tif", spread(1, SampleType::u16, 0, 50000));
+  std::filesystem::create_directory_symlink("day 1", scene.folder() / "nir" / "latest");
+  SceneOptions options;
+  options.bands = {{"NIR", scene.folder() / "nir"}};
+  EXPECT_EQ(PhotoCache(scene.read(options), 0).samples(ViewId{0})->bands, 2u);
+}
+
 // More of them in band_views_test.cpp.
 TEST(BandFiles, ThatAreViewsWithTheSameCameraAreBands) {
   const BandScene scene({"IMG_0001_1.tif", "IMG_0001_2.tif"});

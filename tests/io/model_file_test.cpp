@@ -355,6 +355,10 @@ TEST(ReadTexturedModel, ImagesOfMaterialsThatNoFaceUsesNeedNotBeThere) {
   const LoadedModel found = read_textured_model(test.folder.path() / "m.obj");
   EXPECT_EQ(found.model.face_page, expected.model.face_page);
   EXPECT_EQ(found.pages.size(), expected.pages.size());
+  std::string obj = test::read_file(test.folder.path() / "m.obj");
+  obj.insert(obj.find("usemtl"), "usemtl tree\n");
+  EXPECT_EQ(read_textured_model(test.folder.write("n.obj", obj)).model.face_page, expected.model.face_page)
+      << "named, but for no face";
 }
 
 // A quad whose fan would turn a triangle over, coordinates behind the faces and counted from the end, options before an image,

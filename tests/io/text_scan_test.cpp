@@ -8,6 +8,8 @@ namespace {
 TEST(Quote, LeavesNamesInAnyLanguage) {
   EXPECT_EQ(quote("südlich/höhe 5.jpg"), "'südlich/höhe 5.jpg'");
   EXPECT_EQ(quote("a\x1B[31m\x7F"), "'a?[31m?'");
+  EXPECT_EQ(quote("M\xFCller \xE5\x86"), "'M?ller \?\?'") << "no UTF-8, which Python's strings refuse";
+  EXPECT_EQ(quote("\xED\xA0\x80\xC0\x80\xF4\x90\x80\x80"), "'" + std::string(9, '?') + "'");
 }
 
 TEST(Quote, CutsBetweenCharacters) {

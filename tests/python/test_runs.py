@@ -1,5 +1,6 @@
 """What a call does to the interpreter: locks, signals, threads, memory, functions that raise."""
 
+import ctypes
 import gc
 import os
 import signal
@@ -161,6 +162,8 @@ def test_ctrl_c_raises_within_a_second(city, where):
 
 
 def resident_bytes():
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)  # what is free goes back, or its scattering over the threads' heaps would count
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
@@ -177,16 +180,19 @@ def test_nothing_leaks(city):
         with pytest.raises(ZeroDivisionError):
             texture(city, lambda i: 1 / 0)
 
-    for _ in range(3):
-        once()
-    gc.collect()
-    before, references = resident_bytes(), [sys.getrefcount(image) for image in city.images]
-    for _ in range(12):
-        once()
-    gc.collect()
-    grown = resident_bytes() - before
-    # A photo, a page or a mesh that each round kept would be 5 MB or more.
-    assert grown < 12e6, f"{grown / 1e6:.1f} MB"
+    def growth_of_four_rounds():
+        before = resident_bytes()
+        for _ in range(4):
+            once()
+        return resident_bytes() - before
+
+    once()
+    references = [sys.getrefcount(image) for image in city.images]
+    # What each round kept, a photo, a page or a mesh, would be 5 MB or more, every time; heaps and drivers grow now and then.
+    grown = []
+    while len(grown) < 4 and (not grown or min(grown) >= 8e6):
+        grown.append(growth_of_four_rounds())
+    assert min(grown) < 8e6, f"four rounds of calls, time and again: {grown} bytes more"
     assert [sys.getrefcount(image) for image in city.images] == references
 
 
