@@ -52,6 +52,12 @@ struct AtlasBuild {
     return inside && page.owner(texel.x, texel.y) == chart ? std::optional(texel) : std::nullopt;
   }
 
+  /// The corners of a chart's face on its page.
+  TexelTriangle on_page(std::uint32_t chart, std::size_t face) const {
+    TexelTriangle corners = set.corners[face];
+    for (TexelPoint& p : corners) p = places[chart].point(p);
+    return corners;
+  }
   Page& page_of(std::uint32_t chart) { return pages[places[chart].page]; }
   const Page& page_of(std::uint32_t chart) const { return pages[places[chart].page]; }
   /// Mean over all pages as they are, or were when they were spilled.

@@ -16,12 +16,6 @@ struct PlacedFace {
   std::uint32_t chart, face;
 };
 
-TexelTriangle on_page(const AtlasBuild& build, const PlacedFace& placed) {
-  TexelTriangle corners = build.set.corners[placed.face];
-  for (TexelPoint& p : corners) p = build.places[placed.chart].point(p);
-  return corners;
-}
-
 /// The source of a face's texels that its label alone gives.
 class WholeSources {
  public:
@@ -60,7 +54,7 @@ std::vector<std::uint32_t> texel_owners(const AtlasBuild& build, std::uint32_t n
       if (build.places[c].page != number) continue;
       for (const std::uint32_t face : build.set.charts[c].faces) {
         FrameBox box;
-        box.add(on_page(build, {c, face}));
+        box.add(build.on_page(c, face));
         for (std::size_t b = band_of(box.y0 - kBandReach); b <= band_of(box.y1 + kBandReach); ++b) add(b, {c, face});
       }
     }
@@ -72,7 +66,7 @@ std::vector<std::uint32_t> texel_owners(const AtlasBuild& build, std::uint32_t n
     constexpr std::array kHalves{0.0, 0.5, 1.0};  // of TexelReach: centre, touched, ring
     for (const double half : std::span(kHalves).first(padding > 0 ? 3 : 2))
       for (const PlacedFace& placed : of_band[b])
-        triangle_spans(on_page(build, placed), half, band, [&](int y, int first, int last) {
+        triangle_spans(build.on_page(placed.chart, placed.face), half, band, [&](int y, int first, int last) {
           for (int x = first; x <= last; ++x)
             if (std::uint32_t& owner = owners[page.at(x, y)]; owner == kNoOwner) owner = placed.chart;
         });

@@ -25,15 +25,14 @@ struct Holes {
   std::vector<std::array<std::uint32_t, 2>> edges;  ///< of each face, so inner edges are listed twice
 };
 
-/// Mean of the chart's filled texels around a position; nullopt where there is none. Charts of a given layout may touch others,
-/// whose texels do not count, and lie over others, whose texels are then what the chart shows.
-std::optional<Color> color_around(const Page& page, std::uint32_t chart, std::size_t layer, const TexelPoint& p) {
+/// Mean of the filled texels that a chart shows around a corner of one of its faces; nullopt where there is none.
+std::optional<Color> color_around(const Page& page, std::uint32_t chart, std::size_t layer, const TexelTriangle& face,
+                                  std::size_t corner) {
   ColorMean mean;
-  const int x0 = static_cast<int>(std::floor(p.x)), y0 = static_cast<int>(std::floor(p.y));
-  const bool has_own = page.owns_near(chart, x0, y0);
+  const int x0 = static_cast<int>(std::floor(face[corner].x)), y0 = static_cast<int>(std::floor(face[corner].y));
   for (int y = std::max(0, y0 - 1); y <= std::min(page.image.height - 1, y0 + 1); ++y) {
     for (int x = std::max(0, x0 - 1); x <= std::min(page.image.width - 1, x0 + 1); ++x) {
-      if ((!has_own || page.owner(x, y) == chart) && page.state[page.at(x, y)] != TexelState::empty)
+      if (page.shows(chart, face, x, y) && page.state[page.at(x, y)] != TexelState::empty)
         mean.add(page.color(layer, x, y));
     }
   }
@@ -210,11 +209,9 @@ void HoleFiller::look_at_borders() {
       for (std::size_t n = some.begin(); n < some.end(); ++n) {
         const std::size_t face = corners_[n] / 3;
         const std::uint32_t chart = build_.set.face_chart[face];
-        const ChartPlace& place = build_.places[chart];
-        const Page& page = build_.pages[place.page];
+        const Page& page = build_.page_of(chart);
         if (page.is_open())
-          layers_[layer].border[n] =
-              color_around(page, chart, layer, place.point(build_.set.corners[face][corners_[n] % 3]));
+          layers_[layer].border[n] = color_around(page, chart, layer, build_.on_page(chart, face), corners_[n] % 3);
       }
     });
   }

@@ -1,7 +1,6 @@
 // Pages under construction, and the places of charts on them.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -88,12 +87,10 @@ struct Page {
     const int shift = std::countr_zero(static_cast<unsigned>(block));
     return block_owner[pixel_index(x >> shift, y >> shift, image.width >> shift)];
   }
-  /// Whether the chart has a texel at (x, y) or beside it.
-  bool owns_near(std::uint32_t chart, int x, int y) const {
-    for (int j = std::max(0, y - 1); j <= std::min(image.height - 1, y + 1); ++j)
-      for (int i = std::max(0, x - 1); i <= std::min(image.width - 1, x + 1); ++i)
-        if (owner(i, j) == chart) return true;
-    return false;
+  /// Whether a face of a chart, whose corners are given, shows a texel. Charts of a given layout may touch others, whose texels it
+  /// does not show, and lie over others, whose texels it shows.
+  bool shows(std::uint32_t chart, const TexelTriangle& face, int x, int y) const {
+    return owner(x, y) == chart || contains(face, x + 0.5, y + 0.5);
   }
   std::size_t at(int x, int y) const { return pixel_index(x, y, image.width); }
   /// The colour of a texel in one layer.

@@ -133,16 +133,16 @@ std::optional<SharedEdge> shared_edge(const AtlasBuild& build, std::uint32_t fac
   return SharedEdge{{from[e], from[(e + 1) % 3]}, {to[static_cast<std::size_t>(a)], to[static_cast<std::size_t>(b)]}};
 }
 
-/// Calls visit(place in the chart, page, place on it) along the edges that the chart shares with charts beside it, which
-/// have their texels there.
+/// Calls visit(place in the chart, chart beside it, face of that chart, place on its page) along the edges that the chart shares
+/// with charts beside it, which have their texels there.
 template <typename Visit>
 void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit& visit) {
-  const auto along = [&](const SharedEdge& edge, std::uint32_t beside) {
+  const auto along = [&](const SharedEdge& edge, std::uint32_t beside, std::uint32_t face) {
     const double length = std::hypot(edge.here[1].x - edge.here[0].x, edge.here[1].y - edge.here[0].y);
     const int steps = 1 + static_cast<int>(std::ceil(length));
     for (int s = 0; s <= steps; ++s) {
       const double t = double(s) / steps;
-      visit(mix(edge.here, t), beside, build.places[beside].point(mix(edge.there, t)));
+      visit(mix(edge.here, t), beside, face, build.places[beside].point(mix(edge.there, t)));
     }
   };
   for (const auto face : build.set.charts[chart].faces)
@@ -150,7 +150,7 @@ void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit
       const std::uint32_t beside = build.set.face_chart[other];
       if (beside == chart || beside >= build.set.placed) continue;
       for (std::size_t e = 0; e < 3; ++e)
-        if (const auto edge = shared_edge(build, face, e, other)) along(*edge, beside);
+        if (const auto edge = shared_edge(build, face, e, other)) along(*edge, beside, other);
     }
 }
 
@@ -174,13 +174,12 @@ void for_finished_places(const AtlasBuild& build, std::uint32_t chart, std::size
     }
 }
 
-/// The index of the chart's texel at a place; nullopt where it is another chart's. Charts of a given layout may touch others, and
-/// lie over others, whose texels are then what the chart shows.
-std::optional<std::size_t> texel_at(const Page& page, std::uint32_t chart, const TexelPoint& p) {
+/// The index of the texel that a face of a chart shows at a place; nullopt where it shows none.
+std::optional<std::size_t> texel_at(const Page& page, std::uint32_t chart, const TexelTriangle& face,
+                                    const TexelPoint& p) {
   const int x = std::clamp(static_cast<int>(p.x), 0, page.image.width - 1);
   const int y = std::clamp(static_cast<int>(p.y), 0, page.image.height - 1);
-  if (page.owner(x, y) != chart && page.owns_near(chart, x, y)) return std::nullopt;
-  return page.at(x, y);
+  return page.shows(chart, face, x, y) ? std::optional(page.at(x, y)) : std::nullopt;
 }
 
 }  // namespace
@@ -247,21 +246,22 @@ void PartialFiller::look_beside(std::uint32_t chart) {
   Beside& kept = beside_[chart];
   const std::size_t later = build_.painting.layers() - 1;
   std::size_t n = 0;
-  for_border_places(build_, chart, [&](const TexelPoint&, std::uint32_t beside, const TexelPoint& there) {
-    if (n == kept.known.size()) {
-      kept.known.push_back(0);
-      kept.rgb.emplace_back();
-      kept.samples.resize(kept.samples.size() + later);
-    }
-    const std::size_t place = n++;
-    const Page& other = build_.pages[page(beside)];
-    if (kept.known[place] != 0 || !other.is_open()) return;
-    const std::optional<std::size_t> at = texel_at(other, beside, there);
-    if (!at || other.state[*at] == TexelState::empty) return;
-    std::copy_n(other.image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * *at), 3, kept.rgb[place].begin());
-    for (std::size_t l = 0; l < later; ++l) kept.samples[place * later + l] = other.layer(l + 1).at(*at);
-    kept.known[place] = 1;
-  });
+  for_border_places(
+      build_, chart, [&](const TexelPoint&, std::uint32_t beside, std::uint32_t face, const TexelPoint& there) {
+        if (n == kept.known.size()) {
+          kept.known.push_back(0);
+          kept.rgb.emplace_back();
+          kept.samples.resize(kept.samples.size() + later);
+        }
+        const std::size_t place = n++;
+        const Page& other = build_.pages[page(beside)];
+        if (kept.known[place] != 0 || !other.is_open()) return;
+        const std::optional<std::size_t> at = texel_at(other, beside, build_.on_page(beside, face), there);
+        if (!at || other.state[*at] == TexelState::empty) return;
+        std::copy_n(other.image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * *at), 3, kept.rgb[place].begin());
+        for (std::size_t l = 0; l < later; ++l) kept.samples[place * later + l] = other.layer(l + 1).at(*at);
+        kept.known[place] = 1;
+      });
 }
 
 bool PartialFiller::begin_round() {
@@ -311,7 +311,7 @@ std::vector<PartialFiller::Seed> PartialFiller::border_seeds(const OpenChart& ch
     if (!chart.known[i]) seeds.push_back({i, color});
   };
   std::size_t n = 0;
-  for_border_places(build_, chart.chart, [&](const TexelPoint& here, std::uint32_t, const TexelPoint&) {
+  for_border_places(build_, chart.chart, [&](const TexelPoint& here, std::uint32_t, std::uint32_t, const TexelPoint&) {
     const std::size_t place = n++;
     if (beside.known[place] != 0)
       add(here, layer == 0 ? load(beside.rgb[place].data()) : beside.samples[place * later + layer - 1]);

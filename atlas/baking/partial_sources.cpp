@@ -98,18 +98,6 @@ Clearance find_clearance(const visibility::CoverageTable& table, const visibilit
   return clearance;
 }
 
-/// True strictly inside: a pixel centre on the edge may belong to the neighbour.
-bool contains(const TexelTriangle& t, double x, double y) {
-  int left = 0, right = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const TexelPoint &a = t[i], &b = t[(i + 1) % 3];
-    const double side = (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
-    left += side > 0;
-    right += side < 0;
-  }
-  return left == 3 || right == 3;
-}
-
 /// \pre the position is not far from the frame
 std::array<int, 2> pixel_around(const PixelPoint& p) {
   // Compilers call a function for floor(), unless they may count on processors later than x86-64's first.

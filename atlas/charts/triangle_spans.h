@@ -20,6 +20,18 @@ inline double doubled_area(const TexelTriangle& t) {
   return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
 }
 
+/// True strictly inside: a centre of a texel or pixel on the edge may belong to the neighbour.
+inline bool contains(const TexelTriangle& t, double x, double y) {
+  int left = 0, right = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const TexelPoint &a = t[i], &b = t[(i + 1) % 3];
+    const double side = (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+    left += side > 0;
+    right += side < 0;
+  }
+  return left == 3 || right == 3;
+}
+
 /// The weights of the corners at a place, those of a place outside moved onto the triangle; a third each without area.
 inline std::array<double, 3> shares_at(const TexelTriangle& t, double x, double y) {
   const double area = doubled_area(t);
