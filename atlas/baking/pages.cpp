@@ -3,7 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <cstring>
 
 #include "io/freed_memory.h"
@@ -117,28 +117,51 @@ std::vector<Page> given_pages(const Packing& packing, const BandSet* bands) {
 
 namespace {
 
-/// Grows the padding layer by layer. The texels of a layer turn to padding only when all of them have been computed, so none reads
-/// another and their order does not matter.
+/// Grows the padding layer by layer. No texel of a layer reads another of it, so their order does not matter.
+///
+/// The page is divided into bands of a few rows, which each layer visits from top to bottom, three behind the layer before:
+/// what many layers read is then still in the processor's cache. At any time, with layer k in band b:
+///
+///     b - 4, b - 3, b - 2    read, listed for layer k + 2, or turned to padding by layer k + 1
+///     b - 1                  turns to padding: band b, which must not read it, has been computed
+///     b                      computed by layer k
+///     b - 1, b, b + 1        texels around are listed for layer k + 1
+///
+/// so that all layers work at the same time. A texel gets the number of the first layer that reaches it, as it would layer
+/// after layer: layer k has left the bands around a texel before layer k + 1 enters them.
 class Padder {
  public:
-  explicit Padder(Page& page) : page_(page), width_(page.image.width), height_(page.image.height) {}
+  explicit Padder(Page& page)
+      : page_(page),
+        width_(page.image.width),
+        height_(page.image.height),
+        bands_(static_cast<std::size_t>(height_ + kBandRows - 1) / kBandRows) {}
 
   std::size_t pad(int padding) {
-    std::vector<Texel> layer = first_layer();
-    for (const Texel& t : layer)
-      if (TexelState& state = page_.state[page_.at(t.x, t.y)]; state == TexelState::empty) state = TexelState::next;
-    std::size_t padded = 0;
-    for (int round = 0; !layer.empty(); ++round) {
-      std::vector<Texel> next = compute(layer, round + 1 < padding);
-      for (const Texel& t : layer) page_.state[page_.at(t.x, t.y)] = TexelState::padding;
-      if (round < padding) padded += layer.size();
-      layer = std::move(next);
+    layers_.push_back(first_layer());
+    add_layer();
+    for (std::size_t step = 0;; ++step) {
+      // The last layer of the list is empty so far.
+      const std::size_t begun = layers_.size() - 1, end = std::min(begun, step / kBandsBehind + 1);
+      const std::size_t first = step < bands_ ? 0 : (step - bands_) / kBandsBehind + 1;
+      if (first >= begun) break;
+      tbb::parallel_for(
+          first, end,
+          [&](std::size_t k) {
+            visit(layers_[k], layers_[k + 1], step - kBandsBehind * k, static_cast<int>(k) + 1 < padding);
+          },
+          tbb::simple_partitioner());
+      if (layers_.back().texels > 0) add_layer();
     }
+    std::size_t padded = 0;
+    for (std::size_t k = 0; k < std::min(layers_.size(), static_cast<std::size_t>(padding)); ++k)
+      padded += layers_[k].texels;
     return padded;
   }
 
  private:
-  static constexpr std::size_t kPart = 4096;  ///< texels that one task looks at
+  static constexpr int kBandRows = 4;
+  static constexpr std::size_t kBandsBehind = 3;
 
   struct Texel {
     int x, y;
@@ -149,6 +172,14 @@ class Padder {
     std::uint32_t owner;
     bool diagonal;
   };
+  using Bands = std::vector<std::vector<Texel>>;
+  struct PaddingLayer {
+    Bands bands;         ///< texels that are not padding yet
+    std::size_t texels;  ///< listed so far, in all
+  };
+
+  static std::size_t band_of(int y) { return static_cast<std::size_t>(y) / kBandRows; }
+  void add_layer() { layers_.push_back({Bands(bands_), 0}); }
 
   /// Calls visit(neighbour, owner of the texel itself).
   template <typename Visit>
@@ -173,34 +204,34 @@ class Padder {
     return to_owner == kNoOwner || to_owner == from_owner;
   }
 
-  /// The texels that add_texels(part, list) lists for each of so many parts.
-  template <typename AddTexels>
-  std::vector<Texel> collect(std::size_t parts, const AddTexels& add_texels) {
-    std::vector<std::vector<Texel>> lists(parts);
-    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) { add_texels(part, lists[part]); });
-    std::vector<Texel> all;
-    for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
-    return all;
+  /// Ring texels, which have their colour already, and empty texels beside chart texels.
+  PaddingLayer first_layer() {
+    PaddingLayer layer{Bands(bands_), 0};
+    tbb::parallel_for(std::size_t{0}, bands_, [&](std::size_t band) {
+      const int first = static_cast<int>(band) * kBandRows;
+      for (int y = first; y < std::min(first + kBandRows, height_); ++y) add_first_of_row(y, layer.bands[band]);
+    });
+    for (const std::vector<Texel>& band : layer.bands) {
+      layer.texels += band.size();
+      for (const Texel& t : band) enqueue(page_.at(t.x, t.y));
+    }
+    return layer;
   }
 
-  /// Ring texels, which have their colour already, and empty texels beside chart texels.
-  std::vector<Texel> first_layer() {
-    return collect(static_cast<std::size_t>(height_), [&](std::size_t row, std::vector<Texel>& list) {
-      const int y = static_cast<int>(row);
-      for (int x = 0; x < width_; ++x) {
-        if (x % kWord == 0 && has_none_of_first(x, y)) {
-          x += kWord - 1;
-          continue;
-        }
-        const TexelState state = page_.state[page_.at(x, y)];
-        bool first = state == TexelState::ring;
-        if (state == TexelState::empty)
-          for_neighbours({x, y}, [&](const Neighbour& n, std::uint32_t own) {
-            first |= page_.state[n.at] == TexelState::chart && may_pass(n.owner, own);
-          });
-        if (first) list.push_back({x, y});
+  void add_first_of_row(int y, std::vector<Texel>& list) {
+    for (int x = 0; x < width_; ++x) {
+      if (x % kWord == 0 && has_none_of_first(x, y)) {
+        x += kWord - 1;
+        continue;
       }
-    });
+      const TexelState state = page_.state[page_.at(x, y)];
+      bool first = state == TexelState::ring;
+      if (state == TexelState::empty)
+        for_neighbours({x, y}, [&](const Neighbour& n, std::uint32_t own) {
+          first |= page_.state[n.at] == TexelState::chart && may_pass(n.owner, own);
+        });
+      if (first) list.push_back({x, y});
+    }
   }
 
   static constexpr int kWord = 8;  ///< texels that are looked at together
@@ -223,42 +254,51 @@ class Padder {
     return (around & kChart) == 0;
   }
 
-  /// Computes the colours of a layer, and lists the next one.
-  std::vector<Texel> compute(const std::vector<Texel>& layer, bool into_free_blocks) {
-    return collect((layer.size() + kPart - 1) / kPart, [&](std::size_t part, std::vector<Texel>& list) {
-      const std::size_t end = std::min(layer.size(), (part + 1) * kPart);
-      for (std::size_t k = part * kPart; k < end; ++k) {
-        take_mean(layer[k]);
-        add_next(layer[k], into_free_blocks, list);
-      }
-    });
+  /// Computes the colours of a layer's texels in a band, lists those of the next layer around them, and turns the band above
+  /// to padding.
+  void visit(PaddingLayer& layer, PaddingLayer& next, std::size_t band, bool into_free_blocks) {
+    for (const Texel& t : layer.bands[band]) {
+      take_mean(t);
+      add_next(t, into_free_blocks, next);
+    }
+    if (band > 0) turn_to_padding(layer.bands[band - 1]);
+    if (band + 1 == bands_) turn_to_padding(layer.bands[band]);
+  }
+
+  void turn_to_padding(std::vector<Texel>& texels) {
+    for (const Texel& t : texels) page_.state[page_.at(t.x, t.y)] = TexelState::padding;
+    free_memory(texels);
   }
 
   /// Lists the empty texels around one of a layer, each once.
-  void add_next(const Texel& t, bool into_free_blocks, std::vector<Texel>& list) {
+  void add_next(const Texel& t, bool into_free_blocks, PaddingLayer& next) {
+    const auto add = [&](const Texel& n) {
+      next.bands[band_of(n.y)].push_back(n);
+      ++next.texels;
+    };
     if (is_inside_block(t)) {
       if (!into_free_blocks && page_.owner(t.x, t.y) == kNoOwner) return;
       for (int y = t.y - 1; y <= t.y + 1; ++y)
         for (int x = t.x - 1; x <= t.x + 1; ++x)
-          if (enqueue(page_.at(x, y))) list.push_back({x, y});
+          if (enqueue(page_.at(x, y))) add({x, y});
       return;
     }
     for_neighbours(t, [&](const Neighbour& n, std::uint32_t own) {
       if (!may_pass(own, n.owner) || (!into_free_blocks && n.owner == kNoOwner)) return;
-      if (enqueue(n.at)) list.push_back(n.texel);
+      if (enqueue(n.at)) add(n.texel);
     });
   }
 
-  /// True for the first caller that asks for an empty texel, on any thread.
+  /// True for the first call for an empty texel.
   bool enqueue(std::size_t at) {
-    const std::atomic_ref state(page_.state[at]);
-    TexelState was = state.load(std::memory_order_relaxed);
-    return was == TexelState::empty && state.compare_exchange_strong(was, TexelState::next, std::memory_order_relaxed);
+    if (page_.state[at] != TexelState::empty) return false;
+    page_.state[at] = TexelState::next;
+    return true;
   }
 
-  /// Those that are neither empty nor of the layers to come. While a layer is computed others turn from one to the other.
-  bool has_color(std::size_t at) {
-    const TexelState state = std::atomic_ref(page_.state[at]).load(std::memory_order_relaxed);
+  /// Those that are neither empty nor of the layers to come.
+  bool has_color(std::size_t at) const {
+    const TexelState state = page_.state[at];
     return state != TexelState::empty && state != TexelState::next;
   }
 
@@ -273,8 +313,24 @@ class Padder {
     unsigned operator[](std::size_t channel) const {
       return static_cast<unsigned>(channels >> (16 * channel)) & 0xFFFFu;
     }
-    unsigned weight() const { return (*this)[3]; }
+    /// The channel's sum over that of the weights, rounded half up.
+    std::uint8_t mean(std::size_t channel) const {
+      const unsigned weight = (*this)[3];
+      return static_cast<std::uint8_t>((2 * (*this)[channel] + weight) * kReciprocals[weight] >> kReciprocalBits);
+    }
   };
+
+  static constexpr unsigned kMostWeight = 4 * 2 + 4 * 1;
+  static constexpr unsigned kReciprocalBits = 18;
+  /// m = 2^18 / (2 w), rounded up, so that m 2w = 2^18 + e with e < 2w. For n = 2 sum + w <= 511 w the product n m / 2^18 is n e /
+  /// (2w 2^18) above n / 2w, which is 1 / 2w or more below the next whole number: the same when rounded down where n e < 2^18,
+  /// and n e < 1022 w^2.
+  static constexpr std::array<std::uint32_t, kMostWeight + 1> kReciprocals = [] {
+    std::array<std::uint32_t, kMostWeight + 1> all{};
+    for (unsigned w = 1; w <= kMostWeight; ++w) all[w] = ((1u << kReciprocalBits) + 2 * w - 1) / (2 * w);
+    return all;
+  }();
+  static_assert(1022 * kMostWeight * kMostWeight < 1u << kReciprocalBits);
 
   void take_mean(const Texel& t) {
     const std::size_t at = page_.at(t.x, t.y);
@@ -294,9 +350,7 @@ class Padder {
         if (has_color(n.at) && may_pass(n.owner, own)) sum.add(pixels + 3 * n.at, n.diagonal ? 1 : 2);
       });
     }
-    const unsigned weight = sum.weight();
-    for (std::size_t c = 0; c < 3; ++c)
-      pixels[3 * at + c] = static_cast<std::uint8_t>((2 * sum[c] + weight) / (2 * weight));
+    for (std::size_t c = 0; c < 3; ++c) pixels[3 * at + c] = sum.mean(c);
     for (std::size_t layer = 1; layer < page_.layers(); ++layer) take_mean(t, layer);
   }
 
@@ -311,6 +365,8 @@ class Padder {
 
   Page& page_;
   int width_, height_;
+  std::size_t bands_;
+  std::vector<PaddingLayer> layers_;
 };
 
 }  // namespace
