@@ -41,10 +41,9 @@ void add_scene(CLI::App& app, SceneInput& input) {
          "Cameras and photos, a file or its folder; the format is recognized: a COLMAP model, an OpenSfM or "
          "OpenDroneMap reconstruction, WebODM's all.zip, a ContextCapture BlocksExchange XML or XMLZ or Agisoft "
          "Metashape XML file, MicMac's orientations, Pix4Dmapper's calibrated_camera_parameters.txt, an OPF project, "
-         "RealityCapture's "
-         "camera parameters .csv, a Meshroom or OpenMVG scene, a transforms.json of nerfstudio or instant-ngp, a "
-         "VisualSFM .nvm, a Bundler .out, an OpenMVS scene, or a folder of photos with RealityCapture's .xmp or "
-         "mvs-texturing's .cam files")
+         "RealityCapture's camera parameters .csv, a Meshroom or OpenMVG scene, a transforms.json of nerfstudio or "
+         "instant-ngp, a VisualSFM .nvm, a Bundler .out, an MVE or OpenMVS scene, or a folder of photos with "
+         "RealityCapture's .xmp or mvs-texturing's .cam files")
       ->required();
 }
 

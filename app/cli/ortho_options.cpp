@@ -43,6 +43,7 @@ Writes to OUT cloud-optimized GeoTIFFs with overviews:
   ortho.tif         red, green, blue, with an internal mask of the pixels that show something
   ortho_height.tif  the surface's height in the middle of each pixel (32-bit float, -9999: none)
   ortho_photo.tif   the number of the photo shown there (65535: none); ortho_photos.csv names them
+  ortho_bands.tif   all bands, with their values, of a scene that has some
 and run.json. A pixel is the mean of what lies in it and is seen straight from above: walls do not show,
 and roofs lie where they stand. Its corners are multiples of the pixel size. Where no photo shows the
 surface, the orthophoto shows nothing (--unseen fill: the colours around), but has its height.

@@ -9,7 +9,7 @@ CLI::App* add_view(CLI::App& parent, ViewOptions& options) {
       parent.add_subcommand("view", "look at a result in the browser, ask which photo is where, and change it");
   app->add_option("RESULT", options.result,
                   "What to look at: the folder of a result of gpvc texture or gpvc compare, or a textured model of any "
-                  "program (OBJ, GLB, glTF, PLY)")
+                  "program (OBJ, GLB, glTF, PLY, or the folder of a tileset)")
       ->required()
       ->check(not_empty());
   add_scene(*app, options.input);

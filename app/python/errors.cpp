@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "app/python/python.h"
+#include "app/results/observer.h"
 
 namespace gpvc::python {
 namespace {
@@ -53,7 +54,8 @@ std::string clause_of(Cure cure) {
 }
 
 void raise(const char* type, const Error& error) {
-  const py::object made = py::module_::import("gpvc._errors").attr(type)(with_arguments(error.what(), error.cures()));
+  const std::string sentence = results::printable(error.what());  // paths may hold bytes that are no UTF-8
+  const py::object made = py::module_::import("gpvc._errors").attr(type)(with_arguments(sentence, error.cures()));
   py::dict measures;
   for (const Measure& measure : error.measures()) measures[py::str(measure.name)] = measure.value;
   made.attr("measures") = measures;

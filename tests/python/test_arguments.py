@@ -1,5 +1,6 @@
 """Bad input: one exception, whose sentence names the argument and no option of the command line."""
 
+import os
 import re
 
 import numpy as np
@@ -168,3 +169,12 @@ def test_the_errors_of_the_library_have_their_measures_and_ways_out():
         gpvc.texture(**{**good(), "vertices": vertices, "faces": faces})
     assert "allow_unseen=True" in str(raised.value), raised.value
     assert raised.value.measures
+
+
+def test_names_that_are_no_utf8_are_named_by_their_bytes(tmp_path):
+    name = os.path.join(os.fsencode(tmp_path), b"caf\xe9.ply")
+    with open(name, "wb") as file:
+        file.write(b"ply\n")
+    with pytest.raises(gpvc.InputError) as raised:
+        gpvc.read_mesh(os.fsdecode(name))
+    assert r"caf\xe9.ply" in str(raised.value), raised.value

@@ -149,8 +149,12 @@ class Result:
 def _path(value, name):
     if not _pictures.is_path(value):
         raise TypeError(f"{name}: expected a path, got {type(value).__name__}")
-    path = os.fspath(value)
-    return path.decode() if isinstance(path, bytes) else path
+    return os.fsdecode(value)
+
+
+def _file(value, name):
+    """A path as the bytes that the file system knows it by: not all names are UTF-8."""
+    return os.fsencode(_path(value, name))
 
 
 def _warn(sentences):
@@ -376,25 +380,25 @@ def read_scene(source, images=None, masks=None, use_masks=True, downscale=1, ski
     if not 1 <= _count(downscale, "downscale", 1) <= 64:
         raise ValueError(f"downscale={downscale}: expected 1 to 64")
     options = {
-        "images": None if images is None else _path(images, "images"),
-        "masks": None if masks is None else _path(masks, "masks"),
+        "images": None if images is None else _file(images, "images"),
+        "masks": None if masks is None else _file(masks, "masks"),
         "use_masks": bool(use_masks), "downscale": int(downscale), "skip_bad_photos": bool(skip_bad_photos),
         "allow_missing_photos": False, "bands_by_name": bands is not False,
-        "bands": [(str(name), _path(folder, f"bands[{name!r}]")) for name, folder in dict(bands or {}).items()],
+        "bands": [(str(name), _file(folder, f"bands[{name!r}]")) for name, folder in dict(bands or {}).items()],
         "composite": [str(band) for band in composite or ()],
     }
     folder = None
     if _cameras.is_reconstruction(source):
         folder = _cameras.Folder()
         _cameras.write_colmap(source, folder.name)
-    core = _gpvc.Scene.read(folder.name if folder else _path(source, "source"), options)
+    core = _gpvc.Scene.read(folder.name if folder else _file(source, "source"), options)
     _warn(core.warnings)
     return Scene(core, folder)
 
 
 def read_mesh(path):
     """Reads a mesh: PLY, OBJ, STL, OFF, GLB or glTF. Polygons are cut into triangles."""
-    vertices, faces, source_faces, sentences = _gpvc.read_mesh(_path(path, "path"))
+    vertices, faces, source_faces, sentences = _gpvc.read_mesh(_file(path, "path"))
     _warn(sentences)
     return Mesh(vertices, faces, source_faces)
 
