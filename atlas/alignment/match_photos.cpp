@@ -8,8 +8,8 @@
 
 #include "atlas/alignment/alignment.h"
 #include "atlas/alignment/place_patches.h"
-#include "atlas/baking/each_photo.h"
 #include "atlas/charts/charts.h"
+#include "atlas/sampling/each_photo.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "atlas/baking/sampling.h"
+#include "atlas/sampling/sampling.h"
 #include "io/photos.h"
 #include "io/vector.h"
 #include "io/wide_clones.h"

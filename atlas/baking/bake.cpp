@@ -7,6 +7,7 @@
 
 #include "atlas/baking/baking.h"
 #include "atlas/baking/poll.h"
+#include "atlas/sampling/sampling.h"
 
 namespace gpvc::atlas {
 

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/coverage_index.h"
-#include "atlas/baking/each_photo.h"
 #include "atlas/baking/pages.h"
 #include "atlas/baking/partial_sources.h"
 #include "atlas/blending/blend_weights.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/color_correction.h"
+#include "atlas/sampling/coverage_index.h"
+#include "atlas/sampling/each_photo.h"
 
 namespace gpvc::atlas {
 

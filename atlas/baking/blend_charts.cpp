@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "atlas/baking/baking.h"
+#include "atlas/baking/blend_field.h"
 #include "atlas/baking/poll.h"
-#include "atlas/blending/blend_field.h"
 #include "io/freed_memory.h"
 
 namespace gpvc::atlas {

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/color.h"
-#include "atlas/baking/layers.h"
 #include "atlas/charts/chart_raster.h"
 #include "atlas/charts/chart_shape.h"
 #include "atlas/charts/charts.h"
 #include "atlas/packing/packing.h"
+#include "atlas/sampling/color.h"
+#include "atlas/sampling/layers.h"
 #include "io/image.h"
 #include "io/scratch_file.h"
 

@@ -115,9 +115,11 @@ class SmoothFill {
   std::vector<Level> levels_;
 };
 
-/// An edge that faces of two charts share, in the texels of each.
+/// An edge that a face of a chart shares with another face: in the texels of each, and from which vertex to which.
 struct SharedEdge {
+  std::uint32_t other;
   std::array<TexelPoint, 2> here, there;
+  std::array<std::uint32_t, 2> vertices;
 };
 
 TexelPoint mix(const std::array<TexelPoint, 2>& edge, double t) {
@@ -126,52 +128,55 @@ TexelPoint mix(const std::array<TexelPoint, 2>& edge, double t) {
 
 std::optional<SharedEdge> shared_edge(const AtlasBuild& build, std::uint32_t face, std::size_t e, std::uint32_t other) {
   const auto &here = build.input.mesh.faces[face], &there = build.input.mesh.faces[other];
-  const auto a = std::find(there.begin(), there.end(), here[e]) - there.begin();
-  const auto b = std::find(there.begin(), there.end(), here[(e + 1) % 3]) - there.begin();
+  const std::array vertices{here[e], here[(e + 1) % 3]};
+  const auto a = std::find(there.begin(), there.end(), vertices[0]) - there.begin();
+  const auto b = std::find(there.begin(), there.end(), vertices[1]) - there.begin();
   if (a == 3 || b == 3) return std::nullopt;
   const TexelTriangle &from = build.set.corners[face], &to = build.set.corners[other];
-  return SharedEdge{{from[e], from[(e + 1) % 3]}, {to[static_cast<std::size_t>(a)], to[static_cast<std::size_t>(b)]}};
+  return SharedEdge{other,
+                    {from[e], from[(e + 1) % 3]},
+                    {to[static_cast<std::size_t>(a)], to[static_cast<std::size_t>(b)]},
+                    vertices};
+}
+
+/// Calls visit(edge, t) for places from 0 to 1, a texel apart at most, along the edges that the chart's faces share with
+/// others that is_meant(other face).
+template <typename IsMeant, typename Visit>
+void for_edge_places(const AtlasBuild& build, std::uint32_t chart, const IsMeant& is_meant, const Visit& visit) {
+  for (const auto face : build.set.charts[chart].faces)
+    for (const auto other : build.neighbours[face]) {
+      if (!is_meant(other)) continue;
+      for (std::size_t e = 0; e < 3; ++e) {
+        const auto edge = shared_edge(build, face, e, other);
+        if (!edge) continue;
+        const double length = std::hypot(edge->here[1].x - edge->here[0].x, edge->here[1].y - edge->here[0].y);
+        const int steps = 1 + static_cast<int>(std::ceil(length));
+        for (int s = 0; s <= steps; ++s) visit(*edge, double(s) / steps);
+      }
+    }
 }
 
 /// Calls visit(place in the chart, chart beside it, face of that chart, place on its page) along the edges that the chart shares
 /// with charts beside it, which have their texels there.
 template <typename Visit>
 void for_border_places(const AtlasBuild& build, std::uint32_t chart, const Visit& visit) {
-  const auto along = [&](const SharedEdge& edge, std::uint32_t beside, std::uint32_t face) {
-    const double length = std::hypot(edge.here[1].x - edge.here[0].x, edge.here[1].y - edge.here[0].y);
-    const int steps = 1 + static_cast<int>(std::ceil(length));
-    for (int s = 0; s <= steps; ++s) {
-      const double t = double(s) / steps;
-      visit(mix(edge.here, t), beside, face, build.places[beside].point(mix(edge.there, t)));
-    }
+  const auto is_beside = [&](std::uint32_t other) {
+    return build.set.face_chart[other] != chart && build.set.face_chart[other] < build.set.placed;
   };
-  for (const auto face : build.set.charts[chart].faces)
-    for (const auto other : build.neighbours[face]) {
-      const std::uint32_t beside = build.set.face_chart[other];
-      if (beside == chart || beside >= build.set.placed) continue;
-      for (std::size_t e = 0; e < 3; ++e)
-        if (const auto edge = shared_edge(build, face, e, other)) along(*edge, beside, other);
-    }
+  for_edge_places(build, chart, is_beside, [&](const SharedEdge& edge, double t) {
+    const std::uint32_t beside = build.set.face_chart[edge.other];
+    visit(mix(edge.here, t), beside, edge.other, build.places[beside].point(mix(edge.there, t)));
+  });
 }
 
 /// Calls visit(place in the chart, colour in a layer) along the edges that the chart shares with finished faces.
 template <typename Visit>
 void for_finished_places(const AtlasBuild& build, std::uint32_t chart, std::size_t layer, const Visit& visit) {
   if (build.input.finished == nullptr) return;
-  for (const auto face : build.set.charts[chart].faces)
-    for (const auto other : build.neighbours[face]) {
-      if (!is_finished(build.input, other)) continue;
-      for (std::size_t e = 0; e < 3; ++e) {
-        const auto edge = shared_edge(build, face, e, other);
-        if (!edge) continue;
-        const Triangle& corners = build.input.mesh.faces[face];
-        const double length = std::hypot(edge->here[1].x - edge->here[0].x, edge->here[1].y - edge->here[0].y);
-        const int steps = 1 + static_cast<int>(std::ceil(length));
-        for (int s = 0; s <= steps; ++s)
-          visit(mix(edge->here, double(s) / steps),
-                finished_color(build.input, other, {corners[e], corners[(e + 1) % 3]}, double(s) / steps, layer));
-      }
-    }
+  const auto is_meant = [&](std::uint32_t other) { return is_finished(build.input, other); };
+  for_edge_places(build, chart, is_meant, [&](const SharedEdge& edge, double t) {
+    visit(mix(edge.here, t), finished_color(build.input, edge.other, edge.vertices, t, layer));
+  });
 }
 
 /// The index of the texel that a face of a chart shows at a place; nullopt where it shows none.

@@ -9,21 +9,19 @@
 #include <utility>
 
 #include "atlas/baking/pages.h"
-#include "atlas/leveling/color_correction.h"
+#include "atlas/charts/flat_chart.h"
+#include "atlas/leveling/seam_strips.h"
 
 namespace gpvc::atlas {
 
 namespace {
 
 std::optional<TexelTriangle> outline_in(const visibility::FaceCoverage& entry, const Mesh& mesh, const View& view) {
-  TexelTriangle projected;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const CameraPoint p = camera_from_world(view.pose, mesh.positions[mesh.faces[index(entry.face)][i]]);
-    if (!(p.z > 0)) return std::nullopt;
-    const PixelPoint q = pixel_from_camera(view.camera, p);
-    projected[i] = {q.x - entry.x0, q.y - entry.y0};
-  }
-  return projected;
+  const std::optional<ProjectedFace> projected = project_face(mesh, static_cast<std::uint32_t>(entry.face), view);
+  if (!projected) return std::nullopt;
+  TexelTriangle outline = projected->corners;
+  for (TexelPoint& p : outline) p = {p.x - entry.x0, p.y - entry.y0};
+  return outline;
 }
 
 /// Words of bits for a row of the coverage's box.

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/color.h"
-#include "atlas/baking/coverage_index.h"
 #include "atlas/baking/plane_map.h"
 #include "atlas/charts/chart_raster.h"
 #include "atlas/charts/charts.h"
+#include "atlas/sampling/color.h"
+#include "atlas/sampling/coverage_index.h"
 #include "io/grouping.h"
 
 namespace gpvc::atlas {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "atlas/baking/baking.h"
+#include "atlas/sampling/sampling.h"
 
 namespace gpvc::atlas {
 

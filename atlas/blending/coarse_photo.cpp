@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "atlas/baking/pixel_floats.h"
-#include "atlas/leveling/color_correction.h"
+#include "atlas/sampling/exposure.h"
+#include "atlas/sampling/pixel_floats.h"
 #include "io/bilinear.h"
 
 namespace gpvc::atlas {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/baking/sampling.h"
+#include "atlas/sampling/sampling.h"
 #include "io/image.h"
 #include "io/photos.h"
 #include "io/scene.h"

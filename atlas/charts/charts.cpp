@@ -99,18 +99,15 @@ class ChartMaker {
     const ViewId label = input_.labels[face];
     if (!has_view(input_, face)) return ChartKind::unseen;
     const View& view = input_.scene.views[index(label)];
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto& position = input_.mesh.positions[input_.mesh.faces[face][i]];
-      const CameraPoint p = camera_from_world(view.pose, position);
-      if (!(p.z > 0)) return ChartKind::flat;
-      const PixelPoint q = pixel_from_camera(view.camera, p);
-      // A partial face may reach far beyond the image, where its texels would be sized by a view that does not see
-      // them. Beyond one image size in any direction the face gets a parametrization of its own.
-      const double w = view.camera.width, h = view.camera.height;
+    const std::optional<ProjectedFace> projected = project_face(input_.mesh, static_cast<std::uint32_t>(face), view);
+    if (!projected) return ChartKind::flat;
+    // A partial face may reach far beyond the image, where its texels would be sized by a view that does not see
+    // them. Beyond one image size in any direction the face gets a parametrization of its own.
+    const double w = view.camera.width, h = view.camera.height;
+    for (const TexelPoint& q : projected->corners)
       if (!(q.x >= -w && q.x <= 2 * w && q.y >= -h && q.y <= 2 * h)) return ChartKind::flat;
-      corners[i] = {q.x, q.y};
-      depths[i] = p.z;
-    }
+    corners = projected->corners;
+    depths = projected->depths;
     if (input_.tags[face] != labeling::FaceTag::partial) return ChartKind::plain;
     return is_grazing(corners, input_.mesh, face) ? ChartKind::flat : ChartKind::partial;
   }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/coverage_index.h"
 #include "atlas/charts/triangle_spans.h"
+#include "atlas/sampling/coverage_index.h"
 #include "io/grouping.h"
 #include "io/vector.h"
 

@@ -66,24 +66,6 @@ std::array<std::size_t, 3> longest_edge_first(const Mesh& mesh, const Triangle& 
   return {longest, (longest + 1) % 3, (longest + 2) % 3};
 }
 
-struct ProjectedFace {
-  TexelTriangle corners;  ///< px of the frame
-  std::array<double, 3> depths{};
-};
-
-/// nullopt if the face reaches behind the camera.
-std::optional<ProjectedFace> project_face(const Mesh& mesh, std::uint32_t face, const View& view) {
-  ProjectedFace result;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const CameraPoint p = camera_from_world(view.pose, mesh.positions[mesh.faces[face][i]]);
-    if (!(p.z > 0)) return std::nullopt;
-    const PixelPoint q = pixel_from_camera(view.camera, p);
-    result.corners[i] = {q.x, q.y};
-    result.depths[i] = p.z;
-  }
-  return result;
-}
-
 /// Pixels of the view that the whole face takes; 0 if it reaches behind the camera.
 double frame_area(const Mesh& mesh, std::uint32_t face, const View& view) {
   const std::optional<ProjectedFace> projected = project_face(mesh, face, view);
@@ -104,6 +86,18 @@ double seen_density(const Mesh& mesh, std::uint32_t face, const View& view, cons
 }
 
 }  // namespace
+
+std::optional<ProjectedFace> project_face(const Mesh& mesh, std::uint32_t face, const View& view) {
+  ProjectedFace result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const CameraPoint p = camera_from_world(view.pose, mesh.positions[mesh.faces[face][i]]);
+    if (!(p.z > 0)) return std::nullopt;
+    const PixelPoint q = pixel_from_camera(view.camera, p);
+    result.corners[i] = {q.x, q.y};
+    result.depths[i] = p.z;
+  }
+  return result;
+}
 
 bool is_grazing(const TexelTriangle& p, const Mesh& mesh, std::size_t face) {
   const auto& t = mesh.faces[face];

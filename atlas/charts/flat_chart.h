@@ -3,13 +3,23 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/coverage_index.h"
 #include "atlas/charts/triangle_spans.h"
+#include "atlas/sampling/coverage_index.h"
 #include "io/scene.h"
 
 namespace gpvc::atlas {
+
+struct ProjectedFace {
+  TexelTriangle corners;  ///< px of the frame
+  std::array<double, 3> depths{};
+};
+
+/// nullopt if the face reaches behind the camera.
+std::optional<ProjectedFace> project_face(const Mesh& mesh, std::uint32_t face, const View& view);
 
 /// The face's true shape at one scale; corners in texels of a box of width x height.
 struct FlatFace {

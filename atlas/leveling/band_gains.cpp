@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "atlas/baking/layers.h"
+#include "atlas/sampling/layers.h"
 #include "io/images.h"
 
 namespace gpvc::atlas {

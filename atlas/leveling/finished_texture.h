@@ -6,8 +6,8 @@
 #include <cstdint>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/sampling.h"
 #include "atlas/charts/triangle_spans.h"
+#include "atlas/sampling/sampling.h"
 
 namespace gpvc::atlas {
 

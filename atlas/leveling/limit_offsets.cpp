@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/baking/each_photo.h"
 #include "atlas/blending/coarse_photo.h"
 #include "atlas/leveling/finished_texture.h"
+#include "atlas/sampling/each_photo.h"
 
 namespace gpvc::atlas {
 

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/blending/seam_blend.h"
 #include "atlas/leveling/cut_misfit.h"
 #include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/limit_offsets.h"
+#include "atlas/leveling/seam_blend.h"
 #include "io/color_difference.h"
 #include "io/grouping.h"
 

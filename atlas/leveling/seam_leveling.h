@@ -12,12 +12,12 @@
 
 #include "atlas/alignment/cut_places.h"
 #include "atlas/atlas.h"
-#include "atlas/baking/coverage_index.h"
 #include "atlas/blending/blend_weights.h"
 #include "atlas/charts/charts.h"
 #include "atlas/leveling/color_correction.h"
 #include "atlas/leveling/overlap_ratios.h"
 #include "atlas/leveling/seam_samples.h"
+#include "atlas/sampling/coverage_index.h"
 
 namespace gpvc::atlas {
 

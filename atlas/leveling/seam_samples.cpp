@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "atlas/alignment/place_patches.h"
-#include "atlas/baking/each_photo.h"
 #include "atlas/blending/coarse_photo.h"
-#include "atlas/blending/seam_blend.h"
 #include "atlas/leveling/finished_texture.h"
 #include "atlas/leveling/overlap_ratios.h"
+#include "atlas/leveling/seam_blend.h"
+#include "atlas/sampling/each_photo.h"
 #include "io/provided_memory.h"
 #include "io/vector.h"
 

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/sampling.h"
 #include "atlas/charts/charts.h"
+#include "atlas/sampling/sampling.h"
 
 namespace gpvc::atlas {
 
 class PlacePatches;   // alignment/place_patches.h
 class OverlapRatios;  // overlap_ratios.h
-class SeamBlend;      // blending/seam_blend.h
+class SeamBlend;      // leveling/seam_blend.h
 
 /// A mesh edge between two faces of different views, or between a finished and a new one (AtlasInput::finished), sampled about
 /// once a texel.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/sampling.h"
+#include "atlas/sampling/sampling.h"
 #include "io/mesh.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/temporary_folder.h"

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-#include "atlas/baking/each_photo.h"
+#include "atlas/sampling/each_photo.h"
 #include "io/clock.h"
 #include "io/error.h"
 #include "tests/atlas/atlas_scene.h"

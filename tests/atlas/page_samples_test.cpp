@@ -10,7 +10,7 @@
 #include <set>
 #include <vector>
 
-#include "atlas/baking/layers.h"
+#include "atlas/sampling/layers.h"
 #include "io/photos.h"
 #include "tests/atlas/atlas_scene.h"
 

@@ -1,4 +1,4 @@
-#include "atlas/blending/color_hulls.h"
+#include "atlas/baking/color_hulls.h"
 
 #include <algorithm>
 #include <array>

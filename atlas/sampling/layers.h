@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/color.h"
+#include "atlas/sampling/color.h"
 #include "io/image.h"
 #include "io/samples.h"
 

@@ -1,11 +1,11 @@
-#include "atlas/blending/seam_blend.h"
+#include "atlas/leveling/seam_blend.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 
-#include "atlas/leveling/color_correction.h"
 #include "atlas/leveling/finished_texture.h"
+#include "atlas/sampling/exposure.h"
 #include "io/vector.h"
 
 namespace gpvc::atlas {

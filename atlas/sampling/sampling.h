@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "atlas/baking/color.h"
-#include "atlas/baking/layers.h"
+#include "atlas/sampling/color.h"
+#include "atlas/sampling/layers.h"
 #include "io/image.h"
 #include "io/scene.h"
 

@@ -1,4 +1,4 @@
-#include "atlas/packing/layout.h"
+#include "atlas/charts/layout.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>

@@ -1,11 +1,11 @@
-#include "atlas/baking/sampling.h"
+#include "atlas/sampling/sampling.h"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <bit>
 #include <cstring>
 
-#include "atlas/baking/pixel_floats.h"
+#include "atlas/sampling/pixel_floats.h"
 #include "io/bilinear.h"
 
 namespace gpvc::atlas {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/baking/layers.h"
+#include "atlas/sampling/layers.h"
 
 namespace gpvc::atlas {
 

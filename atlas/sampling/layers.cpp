@@ -1,6 +1,6 @@
-#include "atlas/baking/layers.h"
+#include "atlas/sampling/layers.h"
 
-#include "atlas/leveling/color_correction.h"
+#include "atlas/sampling/exposure.h"
 
 namespace gpvc::atlas {
 

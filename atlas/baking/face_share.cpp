@@ -1,4 +1,4 @@
-#include "atlas/blending/face_share.h"
+#include "atlas/baking/face_share.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "atlas/blending/blend_field.h"
+#include "atlas/baking/blend_field.h"
 
 #include <tbb/parallel_for.h>
 

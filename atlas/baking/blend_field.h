@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "atlas/baking/baking.h"
+#include "atlas/baking/color_hulls.h"
+#include "atlas/baking/face_share.h"
 #include "atlas/blending/coarse_photo.h"
-#include "atlas/blending/color_hulls.h"
-#include "atlas/blending/face_share.h"
 #include "atlas/charts/chart_raster.h"
 
 namespace gpvc::atlas {
