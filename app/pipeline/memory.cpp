@@ -323,4 +323,10 @@ MemoryPlan with_coverage(MemoryPlan plan, const visibility::CoverageTable& cover
   return plan;
 }
 
+void throw_out_of_memory(double needed) {
+  throw MemoryError(
+      fmt::format("out of memory: this run takes about {}, and less was to be had", results::readable_bytes(needed)),
+      {Cure::limit_memory, Cure::smaller_photos, Cure::fewer_views, Cure::fewer_faces}, {{"needed_bytes", needed}});
+}
+
 }  // namespace gpvc::pipeline

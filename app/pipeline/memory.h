@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <new>
 #include <string>
 
 #include "../../atlas/atlas.h"
@@ -93,5 +94,17 @@ MemoryPlan plan_baking(const Input& input, const Settings& settings, const visib
 /// The plan of a run that knows by now what views see of partial faces, and holds it while the atlas is baked. The limit
 /// grows by as much, where it may, so that pages and photos have the room that they had.
 MemoryPlan with_coverage(MemoryPlan plan, const visibility::CoverageTable& coverage);
+
+/// \param needed bytes that the run was expected to take: MemoryPlan::peak()
+[[noreturn]] void throw_out_of_memory(double needed);
+/// The result of work(). Where it finds no memory, the error says how much its plan asks for.
+template <typename Work>
+auto within(const MemoryPlan& plan, const Work& work) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    throw_out_of_memory(plan.peak());
+  }
+}
 
 }  // namespace gpvc::pipeline

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <future>
-#include <new>
 
 #include "app/pipeline/bake_into.h"
 #include "app/pipeline/checkpoint.h"
@@ -153,11 +152,9 @@ TexturedMesh texture(Scene& scene, Mesh& mesh, const Settings& settings, io::Pho
   return texture({input, settings, photos, observer});
 }
 
-TexturedMesh texture(const Run& given) {
-  checks::validate(given.input);
-  check_band_format(given.input, given.settings.output);
-  look_at_layout(given);
-  const MemoryPlan memory = plan_memory(given.input, given.settings);
+namespace {
+
+TexturedMesh texture_within(const MemoryPlan& memory, const Run& given) {
   std::error_code failed;
   io::CoarsePhotos with_coarse =
       with_coarse_photos(given, memory.work, 0, std::filesystem::temp_directory_path(failed));
@@ -168,18 +165,21 @@ TexturedMesh texture(const Run& given) {
   return finished(std::move(chosen), std::move(atlas));
 }
 
+}  // namespace
+
+TexturedMesh texture(const Run& run) {
+  checks::validate(run.input);
+  check_band_format(run.input, run.settings.output);
+  look_at_layout(run);
+  const MemoryPlan memory = plan_memory(run.input, run.settings);
+  return within(memory, [&] { return texture_within(memory, run); });
+}
+
 TexturedFiles texture_into(const Run& run, OutputFolder& folder, std::span<const LayerPhotos> layers) {
   checks::validate(run.input);
   check_band_formats(run, layers);
   const MemoryPlan memory = plan_memory(run.input, run.settings);
-  try {
-    return texture_within(memory, run, folder, layers);
-  } catch (const std::bad_alloc&) {
-    throw MemoryError(fmt::format("out of memory: this run takes about {}, and less was to be had",
-                                  results::readable_bytes(memory.peak())),
-                      {Cure::limit_memory, Cure::smaller_photos, Cure::fewer_views, Cure::fewer_faces},
-                      {{"needed_bytes", memory.peak()}});
-  }
+  return within(memory, [&] { return texture_within(memory, run, folder, layers); });
 }
 
 labeling::FaceGraph weighed_graph(const Mesh& mesh, labeling::EdgeWeights weights, Observer& observer) {

@@ -78,12 +78,13 @@ TexelPlane texel_plane(const io::TexturedModel& model, FaceId face, const Image&
   return plane;
 }
 
-/// Texels that the texture coordinates pass from a pixel to the next one, along x or y, whichever is more: what OpenGL
-/// chooses mipmap levels by.
-double texels_per_pixel(const TexelPlane& plane, double u, double v, double weight) {
-  const double along_x = std::hypot(plane.u.dx - u * plane.weight.dx, plane.v.dx - v * plane.weight.dx);
-  const double along_y = std::hypot(plane.u.dy - u * plane.weight.dy, plane.v.dy - v * plane.weight.dy);
-  return std::max(along_x, along_y) / std::abs(weight);
+/// The mipmap level: the logarithm, to base 2, of how many texels the texture coordinates pass from a pixel to the next one, along
+/// x or y, whichever is more. What OpenGL chooses levels by.
+double mipmap_level(const TexelPlane& plane, double u, double v, double weight) {
+  const auto square = [](double a, double b) { return a * a + b * b; };
+  const double along_x = square(plane.u.dx - u * plane.weight.dx, plane.v.dx - v * plane.weight.dx);
+  const double along_y = square(plane.u.dy - u * plane.weight.dy, plane.v.dy - v * plane.weight.dy);
+  return 0.5 * std::log2(std::max(along_x, along_y) / (weight * weight));
 }
 
 /// A page and its smaller levels, each half as wide and high as the one before.
@@ -141,7 +142,7 @@ class Shader {
       const double px = static_cast<double>(x) + 0.5, py = y + 0.5;
       const double weight = plane.weight.at(px, py);
       double u = plane.u.at(px, py) / weight, v = plane.v.at(px, py) / weight;
-      const double level = options_.mipmaps ? std::log2(texels_per_pixel(plane, u, v, weight)) : 0;
+      const double level = options_.mipmaps ? mipmap_level(plane, u, v, weight) : 0;
       if (plane.repeats) {
         u = page->page->width * repeated(u / page->page->width);
         v = page->page->height * repeated(v / page->page->height);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <future>
+#include <new>
 #include <set>
 #include <utility>
 
@@ -354,13 +355,8 @@ labeling::Reselection choose_again(const Earlier& earlier, const Settings& setti
   return again;
 }
 
-}  // namespace
-
-TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder,
-                             std::span<const LayerPhotos> layers) {
-  checks::validate(run.input);
-  check_band_formats(run, layers);
-  look_at_layout(run);
+TexturedFiles remade_into(const fs::path& from, const Run& run, OutputFolder& folder,
+                          std::span<const LayerPhotos> layers) {
   const Clock::time_point start = Clock::now();
   const auto& [input, settings, photos, observer, kept] = run;
   Earlier earlier = read_earlier(from, run);
@@ -387,6 +383,20 @@ TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder&
   observer.end("");
   report_change(change, again.free_faces, made.statistics, seconds_since(start), observer);
   return {{std::move(again.selection), std::move(earlier.candidates.tags), std::move(made), {}}, written};
+}
+
+}  // namespace
+
+TexturedFiles retexture_into(const fs::path& from, const Run& run, OutputFolder& folder,
+                             std::span<const LayerPhotos> layers) {
+  checks::validate(run.input);
+  check_band_formats(run, layers);
+  look_at_layout(run);
+  try {
+    return remade_into(from, run, folder, layers);
+  } catch (const std::bad_alloc&) {
+    throw_out_of_memory(plan_memory(run.input, run.settings).peak());
+  }
 }
 
 }  // namespace gpvc::pipeline
